@@ -16,7 +16,7 @@ from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import identified_modes
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.scan.misfit import floor_of, is_rest, surely_left
+from wmr_replay.gap.scan.misfit import floor_of, is_rest, surely_left, turning_is_unknown
 from wmr_replay.gap.search.select import shows_rest
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.effects import effects_of
@@ -264,6 +264,25 @@ def test_an_effect_must_surely_exceed_what_other_drives_leave(calibrated):
     assert surely_left("heading_misalignment", extension, OWN) == OWN.other_drives * 0.001
     assert surely_left("input_delay", extension, OWN) == floor_of("input_delay", extension, OWN) > 0
     assert surely_left("viscous_drag", replace(extension, misfit={}), OWN) == 0.0
+
+
+@pytest.mark.parametrize(("open_to", "unknown"), [(0.079, False), (0.081, True)])
+def test_where_something_else_turns_the_robot_an_effect_is_surely_more_than_negligible(
+    calibrated, open_to, unknown
+):
+    """α_yaw known to 8 % is known: less of a yaw inertia is negligible. Else a drag of .04 1/s and a payload
+    of .06 are, and of a yaw damping up to six times what the calibration left.
+    """
+    misfit = {"viscous_drag": 0.003, "payload": 0.01, "yaw_damping": 0.1, "heading_misalignment": 0.001}
+    extension = replace(Extension(base_of(calibrated.robot)), misfit=misfit | {"yaw_inertia": open_to})
+    least = {name: surely_left(name, extension, OWN) for name in extension.misfit}
+    assert turning_is_unknown(extension.misfit, OWN) is unknown
+    assert least["viscous_drag"] == pytest.approx(0.04 if unknown else 0.006)
+    assert least["payload"] == pytest.approx(0.06 if unknown else 0.02)
+    assert least["yaw_damping"] == pytest.approx(0.6 if unknown else 0.2)
+    assert least["yaw_inertia"] == pytest.approx(open_to * (6.0 if unknown else 1.0))
+    assert least["heading_misalignment"] == pytest.approx(0.002)
+    assert surely_left("load_step", extension, OWN) == 0.0
 
 
 def test_beside_an_effect_that_matters_everything_negligible_is_a_rest(calibrated):

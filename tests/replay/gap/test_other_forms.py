@@ -150,10 +150,10 @@ def test_a_saturation_that_holds_back_less_than_the_gain_is_known_is_a_rest(limi
     assert not withholds_a_rest("torque_saturation", problem, holds_back(uncalibrated), OWN)
 
 
-def chosen(noise, *names):
+def chosen(noise, *names, misfit=None):
     """A selection of the effects ``names`` on a log on which the base model leaves ``noise``."""
     found = tuple(SimpleNamespace(name=name) for name in names)
-    base = SimpleNamespace(noise=noise)
+    base = SimpleNamespace(noise=noise, extension=SimpleNamespace(misfit=misfit or {}))
     return Selection(base, SimpleNamespace(noise=noise), found, ())
 
 
@@ -179,6 +179,13 @@ def test_channels_on_which_a_base_leaves_more_than_on_its_own_log(noise, own_log
     every channel may leave more.
     """
     assert leaving_more(chosen(noise), own_log, OWN) == leaving
+
+
+@pytest.mark.parametrize("own_log", [OWN_LOG, NoiseModel()])
+def test_no_formula_in_turning_where_the_calibration_does_not_show_alpha_yaw(own_log):
+    louder = CALM._replace(long_sd_mps2=0.08, yaw_sd_mps2=0.08)
+    for open_to, leaving in ((0.07, {"longitudinal", "yaw"}), (0.09, {"longitudinal"})):
+        assert leaving_more(chosen(louder, misfit={"yaw_inertia": open_to}), own_log, OWN) == leaving
 
 
 def test_what_casters_do_while_they_swing_counts_as_left():

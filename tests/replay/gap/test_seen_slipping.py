@@ -12,12 +12,14 @@ from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
+from wmr_replay.gap.result.verdict import less_than_slipping_note
 from wmr_replay.gap.search.seen_slipping import (
+    LESS,
     disc_of,
     is_near,
+    loss_in,
     seen_slips,
     slipping_left,
-    with_loss,
     with_seen_slipping,
 )
 from wmr_replay.gap.search.select import Selection
@@ -60,13 +62,25 @@ def test_slips_that_are_far_likelier_than_rolling_are_true(slipping):
     assert problem.binned.t_s[last - 1] == pytest.approx(40.0, abs=3.0)
 
 
+@pytest.mark.parametrize(("times", "seen"), [(0.9, True), (1.1, False)])
+def test_on_a_longer_log_a_slip_must_be_likelier(slipping, times, seen):
+    """By √n where the log is n times as long."""
+    problem, selection = seen_by_base(slipping)
+    extension, noise = selection.base.extension, selection.base.noise
+    gain = max(slip[2] for slip in seen_slips(problem, extension, noise))
+    lasts_s, least = problem.binned.t_s[-1] - problem.binned.t_s[0], GATES.slip.seen_gain
+    own = replace(GATES.slip, seen_in_s=lasts_s * (least / (times * gain)) ** 2)
+    assert bool(seen_slips(problem.under(replace(GATES, slip=own)), extension, noise)) is seen
+
+
 def test_skids_that_lose_nothing_ahead_are_none():
     log = of_unknown_masses(hidden_log("stop-and-go", seed=4, noise="rtk")[0])
     problem, selection = seen_by_base(log)
     slips = seen_slips(problem, selection.base.extension, selection.base.noise)
     first, last, _ = max(slips, key=lambda slip: slip[2])
     assert not np.any(problem.binned.slips[first:last])
-    assert with_loss(problem, selection, (first, last, 1e4), slips) is None
+    assert loss_in(problem, selection.base, (first, last, 1e4), slips) is None
+    assert slipping_left(problem, selection.base) == {}
 
 
 def test_the_likeliest_one_is_a_loss_of_traction(slipping):
@@ -105,9 +119,14 @@ def test_an_effect_that_explains_more_stands(slipping):
     _, said = with_seen_slipping(problem, selection)
     (slip,) = said.found
     drag = replace(slip, scored=replace(slip.scored, name="viscous_drag"))
-    for gain, stands in ((10 * slip.gain, True), (0.1 * slip.gain, False)):
-        found = replace(selection, found=(replace(drag, gain=gain),))
-        assert (with_seen_slipping(problem, found) is None) is stands
+    more, less = (replace(drag, gain=times * slip.gain) for times in (10, 0.1))
+    assert with_seen_slipping(problem, replace(selection, found=(more,))) is None
+    _, said = with_seen_slipping(problem, replace(selection, found=(less,), stages=((less,),)))
+    assert [one.name for one in said.found] == [slip.name]
+    assert [(one.name, one.failed) for one in said.stages[0]] == [(slip.name, ""), ("viscous_drag", LESS)]
+    (note,) = less_than_slipping_note(said)
+    assert note.startswith("viscous_drag would explain some of it")
+    assert not less_than_slipping_note(selection)
 
 
 def test_a_log_that_rolls_has_none():
@@ -120,8 +139,8 @@ def test_a_log_that_rolls_has_none():
 
 def test_fit_writes_that_its_log_slips(slipping):
     problem, selection = seen_by_base(slipping)
-    share = selection.base.extension.base.slip_share
-    assert slipping_left(problem, selection.base) == {"slip_interval": 1 - share}
+    (_, size), *others = slipping_left(problem, selection.base).items()
+    assert (size > GATES.slip.least_of_unknown, others) == (True, [])
     rolling = problem.relabelled(replace(slipping.mode, mode=np.zeros_like(slipping.mode.mode)))
     assert slipping_left(rolling, selection.base) == {}
 

@@ -22,7 +22,12 @@ from wmr_replay.gap.result.sentence import sentence_of
 from wmr_replay.gap.result.traces import residual, traces_of
 from wmr_replay.gap.result.undecided import skidding_note, slip_or_loss
 from wmr_replay.gap.result.unexplained import unexplained
-from wmr_replay.gap.result.verdict import slipping_note, verdict_of, what_to_drive
+from wmr_replay.gap.result.verdict import (
+    less_than_slipping_note,
+    slipping_note,
+    verdict_of,
+    what_to_drive,
+)
 from wmr_replay.gap.scan.scan import scan
 from wmr_replay.gap.scan.turning_in_doubt import doubts
 from wmr_replay.gap.search.select import Selection
@@ -47,7 +52,7 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
     sentence = sentence_of(verdict, effects, notes, options.gates.report)
     in_modes: tuple[str, ...] = ()
     if verdict in ("named", "ambiguous"):
-        notes = (*notes, *crossed_once(binned, fit))
+        notes = (*notes, *crossed_once(binned, fit), *less_than_slipping_note(selection))
     if verdict in ("nothing_missing", "not_enough_excitation"):
         in_modes = (*slipping_note(problem), *skidding_note(problem, detectable))
     trained = windows_within(problem, problem.fold(0).train)

@@ -8,6 +8,7 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.result.result import FoundEffect, Verdict
 from wmr_replay.gap.search.fit_candidates import ANSWERED, ONE_CHANNEL
+from wmr_replay.gap.search.seen_slipping import LESS
 from wmr_replay.gap.search.select import Selection
 from wmr_schemas.effects import UNNAMED_PREFIX
 
@@ -66,6 +67,17 @@ def slipping_note(problem: Problem) -> tuple[str, ...]:
     return (
         f"slipping is identified for {seconds:.1f} s, first at {first_s:.1f} s: a loss of traction of its "
         "size in those times or places cannot be told from it",
+    )
+
+
+def less_than_slipping_note(selection: Selection) -> tuple[str, ...]:
+    """Which effects would explain less than the slipping that is named, and so are not tested beside it."""
+    less = tuple(one.name for one in selection.dropped if one.failed == LESS)
+    if not less:
+        return ()
+    return (
+        f"{' and '.join(less)} would explain some of it, too, but less than the slipping: analyse a part "
+        "without it (--start, --end) to see what else is missing",
     )
 
 

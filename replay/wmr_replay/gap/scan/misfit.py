@@ -181,12 +181,27 @@ def surely_left(name: str, extension: Extension, own: MisfitSettings) -> float:
     """Size that an effect must exceed by its standard deviations: what the base model leaves on other drives;
     of one that its calibration log does not measure, as its floor. Of a yaw inertia, what it left on its own:
     more of that is what the torques of another drive hide (:func:`hidden_by_answer`).
+
+    Where something else turns the robot, no less than what is negligible, and of how a robot answers or
+    brakes a turn several times what the calibration log leaves.
     """
-    floor = floor_of(name, extension, own)
-    if name not in extension.misfit:
-        return floor
+    floor, left = floor_of(name, extension, own), extension.misfit.get(name)
+    else_turned = turning_is_unknown(extension.misfit, own)
+    if left is not None and else_turned and name in IN_TURNING:
+        return own.unknown_turning * left
     times = 1.0 if name == "yaw_inertia" else own.other_drives
-    return min(floor, times * extension.misfit[name])
+    least = floor if left is None else min(floor, times * left)
+    if not else_turned or floor <= 0 or effects_of("torque")[name].acts_on == "pose":
+        return least
+    return max(least, negligible(name, extension, own))
+
+
+def turning_is_unknown(misfit: Mapping[str, float], own: MisfitSettings) -> bool:
+    """Whether the calibration log does not show α_yaw to within what is negligible of a yaw inertia:
+    something else turns the robot, too, such as casters that swing round or pads that drag.
+    """
+    relevant = effects_of("torque")["yaw_inertia"].relevant
+    return relevant is not None and misfit.get("yaw_inertia", 0.0) > own.negligible_share * relevant
 
 
 def negligible(name: str, extension: Extension, own: MisfitSettings) -> float:

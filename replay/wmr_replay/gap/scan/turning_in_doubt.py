@@ -23,7 +23,7 @@ import numpy as np
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.scan.misfit import size_of
+from wmr_replay.gap.scan.misfit import size_of, turning_is_unknown
 from wmr_replay.gap.scan.other_forms import least_squares
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.arrays import F64
@@ -35,17 +35,18 @@ TURNING = ("yaw_damping", "com_offset", "scrub_torque")
 ONE_WAY = ("torque_imbalance", "torque_bias_differential")
 """Torques that turn a robot one way."""
 IN_DOUBT = (
-    "the calibration log hardly shows how the torques turn the robot, and alpha_yaw may be off by a factor "
-    "of {factor:.1f}: something else turns it as much, such as swivel casters that swing round or a wheel "
-    "that lifts. `gap` names no yaw damping, scrub or moved centre of mass that turns it no more than this "
-    "error does. Calibrate on a drive as calm as the one to be analysed"
+    "the calibration log does not show well how the torques turn the robot, and alpha_yaw may be off by a "
+    "factor of {factor:.1f}: something else turns it as well, such as swivel casters that swing round, pads "
+    "that drag or a wheel that lifts. `gap` names no formula in turning, no yaw damping, scrub or moved "
+    "centre of mass that turns it no more than this error does, and nothing that is not surely more than "
+    "negligible. Calibrate on a drive as calm as the one to be analysed"
 )
 
 
 def doubts(misfit: Mapping[str, float], own: MisfitSettings) -> tuple[str, ...]:
     """What is to be said of a base model with this misfit."""
     share = misfit.get("yaw_inertia", 0.0)
-    return (IN_DOUBT.format(factor=1 + share),) if share >= own.doubted_share else ()
+    return (IN_DOUBT.format(factor=1 + share),) if turning_is_unknown(misfit, own) else ()
 
 
 def with_turning_in_doubt(extension: Extension, binned: BinnedLog) -> Extension:

@@ -21,7 +21,13 @@ from wmr_replay.gap.estimation.refit import gauss_newton
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.scan.misfit import IN_PARAMETERS, may_be_rest, negligible, size_of
+from wmr_replay.gap.scan.misfit import (
+    IN_PARAMETERS,
+    may_be_rest,
+    negligible,
+    size_of,
+    turning_is_unknown,
+)
 from wmr_replay.gap.search.select import Selection, forward_selection
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.effects import UNNAMED_PREFIX
@@ -66,22 +72,23 @@ def leaving_more(selection: Selection, noise: NoiseModel, own: MisfitSettings) -
     """The channels on which the base model leaves more on this log than ``noise``: what it leaves on its own
     calibration log, what casters do while they swing included. Every one where that is not known; none where
     both together leave no more, since what casters and pads leave ahead on one drive, they leave in turning
-    on another.
+    on another; never in turning where the calibration log does not show how the torques turn the robot.
 
     What makes the disturbance on the calibration log, such as a caster that swings round, has a form: another
     one on each drive. A formula of it is no finding.
     """
-    now = selection.base.noise
+    now, misfit = selection.base.noise, selection.base.extension.misfit
+    may_leave = set(FORMULA_CHANNELS) - ({"yaw"} if turning_is_unknown(misfit, own) else set())
     left = noise.disturbance_longitudinal_mps2_rthz, noise.disturbance_yaw_mps2_rthz
     if None in left:
-        return frozenset(FORMULA_CHANNELS)
+        return frozenset(may_leave)
     swings = noise.swing_longitudinal_mps2_rthz or 0.0, noise.swing_yaw_mps2_rthz or 0.0
     before = np.hypot(np.array(left, np.float64), swings)
     after = np.hypot(now.densities_mps2_rthz, now.swings_mps2_rthz)
     if np.hypot(*after) <= own.same_disturbance * np.hypot(*before):
         return frozenset()
     more = after > own.same_disturbance * before
-    return frozenset(channel for channel, is_more in zip(FORMULA_CHANNELS, more, strict=True) if is_more)
+    return frozenset(one for one, is_more in zip(FORMULA_CHANNELS, more, strict=True) if is_more) & may_leave
 
 
 def without_formula(selection: Selection) -> Selection:

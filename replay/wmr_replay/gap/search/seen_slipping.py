@@ -7,6 +7,7 @@ or in the place of several.
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import chdtrc
@@ -33,12 +34,27 @@ MADE_UP_FOR = {SKID, TYRES}
 """Effects that make up for a loss of traction which nothing describes."""
 Slip = tuple[int, int, float]
 """Rows [first, last) and by how much slipping is likelier there than rolling, in −2 log likelihood."""
+LESS = "explains less than the robot's slipping"
+"""Why an effect is not named beside it."""
+
+
+class Loss(NamedTuple):
+    """A loss of traction: the problem in which its rows do not slip, the base model there, and its fit."""
+
+    problem: Problem
+    base: Fit
+    found: FittedCandidate
+
+    @property
+    def size(self) -> float:
+        """The share of the traction that is lost."""
+        return self.found.fit.extension.effects[self.found.name]["loss"]
 
 
 def with_seen_slipping(problem: Problem, selection: Selection) -> tuple[Problem, Selection] | None:
-    """The selection with the loss of traction that the modes show, where no other effect explains more. None
-    without one, and where the robot is not calibrated, its masses are known, or it slipped on its calibration
-    log.
+    """The selection with the loss of traction that the modes show, where no other effect explains more; those
+    that explain less are dropped. None without one, and where the robot is not calibrated, its masses are
+    known, or it slipped on its calibration log.
     """
     misfit = selection.base.extension.misfit
     known = problem.binned.log.robot.slip_shares is not None
@@ -49,14 +65,26 @@ def with_seen_slipping(problem: Problem, selection: Selection) -> tuple[Problem,
     explained = max((one.gain for one in selection.found if one.name not in MADE_UP_FOR), default=0.0)
     if explained >= max((gain for _, _, gain in slips), default=0.0):
         return None
-    most = problem.settings.slip.most_doubts
-    said = (with_loss(problem, selection, slip, slips) for slip in by_gain(slips)[:most])
-    return next(filter(None, said), None)
+    loss = likeliest_loss(problem, selection.base, slips)
+    return None if loss is None else (loss.problem, with_loss(selection, loss))
 
 
-def by_gain(slips: list[Slip]) -> list[Slip]:
-    """The slips, the likeliest first."""
-    return sorted(slips, key=lambda slip: -slip[2])
+def with_loss(selection: Selection, loss: Loss) -> Selection:
+    """The selection that says the loss alone."""
+    fit, found = with_both_forms(loss.problem, loss.found.fit, (loss.found,))
+    others = [replace(one, failed=LESS) for one in selection.found if one.name not in MADE_UP_FOR]
+    failed = {one.name: one for one in others}
+    first, *rest = selection.stages or ((),)
+    tried = tuple(failed.get(one.name, one) for one in first if one.name != found[0].name)
+    return replace(
+        selection,
+        base=loss.base,
+        fit=fit,
+        found=found,
+        stages=((*found, *tried), *rest),
+        refused="",
+        dropped=(*selection.dropped, *others),
+    )
 
 
 def with_modes_of_base(problem: Problem, extension: Extension) -> Problem:
@@ -71,15 +99,16 @@ def with_modes_of_base(problem: Problem, extension: Extension) -> Problem:
 
 
 def slipping_left(problem: Problem, fit: Fit) -> dict[str, float]:
-    """The loss of the model's slipping, where a calibration log shows that the robot slips; empty where it
-    rolls.
+    """The loss that a calibration log shows, where the robot slips on it; empty where it rolls, or skids and
+    holds ahead.
     """
-    slips = seen_slips(problem, fit.extension, fit.noise)
-    return {SLIP: 1.0 - fit.extension.base.slip_share} if slips else {}
+    loss = likeliest_loss(problem, fit, seen_slips(problem, fit.extension, fit.noise))
+    return {} if loss is None else {SLIP: loss.size}
 
 
 def seen_slips(problem: Problem, extension: Extension, noise: Diffusion | None = None) -> list[Slip]:
-    """The slips that are far likelier than rolling, each with the skids next to it.
+    """The slips that are far likelier than rolling, each with the skids next to it; the longer the log, the
+    likelier they must be.
 
     Slipping and rolling have the diffusion that each of them needs.
     """
@@ -90,17 +119,22 @@ def seen_slips(problem: Problem, extension: Extension, noise: Diffusion | None =
     rolling = problem.relabelled(with_mode_at(binned, rows, ContactMode.IDEAL))
     slipping, noise = deviances(problem.all_fitted(), extension, noise)
     excess = deviances(rolling.all_fitted(), extension, noise)[0] - slipping
+    least = own.seen_gain * np.sqrt(max(1.0, (binned.t_s[-1] - binned.t_s[0]) / own.seen_in_s))
     found = []
     for first, last in joined_runs(binned, rows):
         gain = float(excess[max(first - binned.margin, 0) : last + binned.margin].sum())
-        if gain > own.seen_gain and binned.t_s[last - 1] - binned.t_s[first] > own.shortest_inside_s:
+        if gain > least and binned.t_s[last - 1] - binned.t_s[first] > own.shortest_inside_s:
             found.append((first, last, gain))
     return found
 
 
-def with_loss(
-    problem: Problem, selection: Selection, slip: Slip, slips: list[Slip]
-) -> tuple[Problem, Selection] | None:
+def likeliest_loss(problem: Problem, base: Fit, slips: list[Slip]) -> Loss | None:
+    """The loss of traction in the likeliest of the ``slips`` in which one is lost; None where none is."""
+    by_gain = sorted(slips, key=lambda slip: -slip[2])[: problem.settings.slip.most_doubts]
+    return next(filter(None, (loss_in(problem, base, slip, slips) for slip in by_gain)), None)
+
+
+def loss_in(problem: Problem, base: Fit, slip: Slip, slips: list[Slip]) -> Loss | None:
     """The loss of traction in the time of a slip, or in the place where others of the ``slips`` are, too;
     their rows no longer slip. None where less is lost than wheels that slip lose: tyres that skid may hold
     ahead.
@@ -113,16 +147,14 @@ def with_loss(
     rest = problem.relabelled(with_slipping(binned, slipping))
     name, size = (PATCH, disc_of(binned, there)) if len(there) > 1 else (SLIP, time_of(binned, slip))
     size["loss"] = problem.settings.scan.most_local_loss / 2
-    base = fit_model(rest, selection.base.extension, selection.base.noise, budget.base_diffusion)
+    base = fit_model(rest, base.extension, base.noise, budget.base_diffusion)
     fit = fit_model(rest, base.extension.with_effect(name, size), base.noise, budget.base_diffusion)
     if fit.extension.effects[name]["loss"] < problem.settings.slip.least_of_unknown:
         return None
     gain = sum(one[2] for one in there)
     scored = ScoredCandidate(name, size, gain, len(slips))
     p_value = min(1.0, len(slips) * float(chdtrc(len(size), gain)))
-    found = FittedCandidate(scored, fit, gain, gain - price_of(rest, scored, fit), p_value)
-    fit, both = with_both_forms(rest, fit, (found,))
-    return rest, replace(selection, base=base, fit=fit, found=both, refused="")
+    return Loss(rest, base, FittedCandidate(scored, fit, gain, gain - price_of(rest, scored, fit), p_value))
 
 
 def time_of(binned: BinnedLog, slip: Slip) -> dict[str, float]:
