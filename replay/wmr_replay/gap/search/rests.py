@@ -99,13 +99,13 @@ def without_formula(selection: Selection) -> Selection:
 
 
 def describes_rests(selection: Selection, leaving: Set[TermChannel]) -> bool:
-    """Whether the selection found nothing but a formula, on none of the channels ``leaving`` more than the
-    calibration log does.
+    """Whether the selection found nothing but a formula, and not on channels alone that are ``leaving`` more
+    than the calibration log does.
     """
     names = [effect.name for effect in selection.found]
     if not names or not all(name.startswith(UNNAMED_PREFIX) for name in names):
         return False
-    return not leaving & {parse_term(name).channel for name in names}
+    return not leaving >= {parse_term(name).channel for name in names}
 
 
 def may_be_held(name: str) -> bool:
