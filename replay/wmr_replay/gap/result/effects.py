@@ -15,6 +15,7 @@ from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import declaration_of, is_place
 from wmr_replay.gap.model.confounds import confound_class, separate_with
 from wmr_replay.gap.model.extension import WEIGHTS
+from wmr_replay.gap.result.gain_or_payload import with_twin
 from wmr_replay.gap.result.place_reach import over_slips, place_covariance, reach
 from wmr_replay.gap.result.result import Alternative, Estimate, FoundEffect
 from wmr_replay.gap.result.shown_by import shown_by
@@ -49,9 +50,10 @@ def found_effects(problem: Problem, selection: Selection) -> tuple[FoundEffect, 
         elif key == "loss":
             ci95 = max(ci95[0], min(0.0, float(value))), min(ci95[1], max(1.0, float(value)))
         estimates[name][key] = Estimate(float(value), ci95, declaration_of(name).units[key])
+    misfit = problem.settings.misfit
+    found = (with_twin(effect, fit.extension, misfit) for effect in selection.found)
     return tuple(
-        reported(effect, estimates[effect.name], confound_class(names, effect.name), own)
-        for effect in selection.found
+        reported(effect, estimates[effect.name], confound_class(names, effect.name), own) for effect in found
     )
 
 

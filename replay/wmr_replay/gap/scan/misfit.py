@@ -33,6 +33,8 @@ IN_PARAMETERS = ("payload", "yaw_inertia", "drive_gain")
 """What a calibration takes into α and α_yaw."""
 IN_TURNING = ("yaw_inertia", "yaw_damping")
 """How a robot answers a turning torque, and what brakes its turns: a base model may leave much of both."""
+TURNS = ("scrub_torque", "com_offset", "torque_imbalance", "torque_bias_differential")
+"""What else turns a robot or resists its turning, as casters and pads do."""
 TURNING_TORQUE = "torque_bias_differential"
 """A torque that turns the robot: α_yaw says what it accelerates."""
 
@@ -182,8 +184,9 @@ def surely_left(name: str, extension: Extension, own: MisfitSettings) -> float:
     of one that its calibration log does not measure, as its floor. Of a yaw inertia, what it left on its own:
     more of that is what the torques of another drive hide (:func:`hidden_by_answer`).
 
-    Where something else turns the robot, no less than what is negligible, and of how a robot answers or
-    brakes a turn several times what the calibration log leaves.
+    Where something else turns the robot, no less than what is negligible, of an effect that turns it no less
+    than a rest beside an effect that matters, and of how a robot answers or brakes a turn several times what
+    the calibration log leaves.
     """
     floor, left = floor_of(name, extension, own), extension.misfit.get(name)
     else_turned = turning_is_unknown(extension.misfit, own)
@@ -193,7 +196,7 @@ def surely_left(name: str, extension: Extension, own: MisfitSettings) -> float:
     least = floor if left is None else min(floor, times * left)
     if not else_turned or floor <= 0 or effects_of("torque")[name].acts_on == "pose":
         return least
-    return max(least, negligible(name, extension, own))
+    return max(least, (own.beside if name in TURNS else 1.0) * negligible(name, extension, own))
 
 
 def turning_is_unknown(misfit: Mapping[str, float], own: MisfitSettings) -> bool:
