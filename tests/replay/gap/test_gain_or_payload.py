@@ -17,7 +17,9 @@ AHEAD = (("payload", 30.0), ("slope", 4.0))
 def alternatives(name, size, misfit, **others):
     """What stands beside an effect that explains more than a payload by 30 and a slope by 4."""
     extension = Extension(SimpleNamespace(), {name: size, **others}, misfit=misfit)
-    found = FittedCandidate(ScoredCandidate(name, size, 100.0, 1), None, 100.0, 90.0, 1e-9, alternatives=AHEAD)
+    found = FittedCandidate(
+        ScoredCandidate(name, size, 100.0, 1), None, 100.0, 90.0, 1e-9, alternatives=AHEAD
+    )
     return with_twin(found, extension, OWN).alternatives
 
 

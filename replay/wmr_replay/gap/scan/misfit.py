@@ -137,7 +137,8 @@ def withholds_a_rest(name: str, problem: Problem, extension: Extension, own: Mis
     acting = extension.mean_torques(problem.binned)
     power = float(np.sum(asked * asked))
     floor = floor_of("drive_gain", extension.without(name), own)
-    known_to = max(floor / own.other_drives, surely_left("drive_gain", extension.without(name), own))
+    left = left_on_other_drives("drive_gain", extension.without(name), own)
+    known_to = max(floor / own.other_drives, left)
     return power - float(np.sum(asked * acting)) <= known_to * power
 
 
@@ -180,23 +181,33 @@ def misfit_beside(extension: Extension, misfit: Mapping[str, float], own: Misfit
 
 
 def surely_left(name: str, extension: Extension, own: MisfitSettings) -> float:
-    """Size that an effect must exceed by its standard deviations: what the base model leaves on other drives;
-    of one that its calibration log does not measure, as its floor. Of a yaw inertia, what it left on its own:
-    more of that is what the torques of another drive hide (:func:`hidden_by_answer`).
+    """Size that an effect must exceed by its standard deviations: what the base model leaves on other drives.
 
     Where something else turns the robot, no less than what is negligible, of an effect that turns it no less
-    than a rest beside an effect that matters, and of how a robot answers or brakes a turn several times what
-    the calibration log leaves.
+    than a rest beside an effect that matters, of what brakes its turns several times what the calibration log
+    leaves, and of a yaw inertia any size: α_yaw is not known.
     """
-    floor, left = floor_of(name, extension, own), extension.misfit.get(name)
-    else_turned = turning_is_unknown(extension.misfit, own)
-    if left is not None and else_turned and name in IN_TURNING:
-        return own.unknown_turning * left
-    times = 1.0 if name == "yaw_inertia" else own.other_drives
-    least = floor if left is None else min(floor, times * left)
-    if not else_turned or floor <= 0 or effects_of("torque")[name].acts_on == "pose":
+    least = left_on_other_drives(name, extension, own)
+    if least <= 0 or not turning_is_unknown(extension.misfit, own):
+        return least
+    if name in IN_TURNING:
+        times = np.inf if name == "yaw_inertia" else own.unknown_turning
+        return times * extension.misfit.get(name, np.inf)
+    if effects_of("torque")[name].acts_on == "pose":
         return least
     return max(least, (own.beside if name in TURNS else 1.0) * negligible(name, extension, own))
+
+
+def left_on_other_drives(name: str, extension: Extension, own: MisfitSettings) -> float:
+    """What the base model leaves of an effect on other drives; of one that its calibration log does not
+    measure, its floor. Of a yaw inertia, what it left on its own: more of that is what the torques of another
+    drive hide (:func:`hidden_by_answer`).
+    """
+    floor = floor_of(name, extension, own)
+    if name not in extension.misfit:
+        return floor
+    times = 1.0 if name == "yaw_inertia" else own.other_drives
+    return min(floor, times * extension.misfit[name])
 
 
 def turning_is_unknown(misfit: Mapping[str, float], own: MisfitSettings) -> bool:

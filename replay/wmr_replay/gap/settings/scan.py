@@ -60,8 +60,8 @@ class MisfitSettings:
     of 17 robots of the engine with nothing hidden (seeds from 3400000, once), 3 were larger, by little."""
 
     unknown_turning: float = 6.0
-    """The same for a yaw inertia and a yaw damping where the calibration log does not show α_yaw. Judgement:
-    on logs of the engine with nothing hidden, eight that were named had up to five times as much."""
+    """The same for a yaw damping where the calibration log does not show α_yaw. Judgement: on logs of the
+    engine with nothing hidden, yaw dampings and inertias that were named had up to five times as much."""
 
     least_share: float = 0.8
     """Least rest that a base model is given in any case, as a share of what is negligible. Judgement: of the
