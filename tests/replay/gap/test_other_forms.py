@@ -145,6 +145,8 @@ def test_a_saturation_that_holds_back_less_than_the_gain_is_known_is_a_rest(limi
 
     known_to = replace(PLATES, misfit={**NONE, "drive_gain": 0.001})
     assert withholds_a_rest("torque_saturation", problem, holds_back(known_to), OWN) is rest
+    on_casters = replace(known_to, misfit={**known_to.misfit, "yaw_inertia": 0.5})
+    assert withholds_a_rest("torque_saturation", problem, holds_back(on_casters), OWN) is rest
     assert not withholds_a_rest("slope", problem, holds_back(PLATES), OWN)
     uncalibrated = replace(PLATES, misfit={})
     assert not withholds_a_rest("torque_saturation", problem, holds_back(uncalibrated), OWN)

@@ -33,10 +33,12 @@ IN_PARAMETERS = ("payload", "yaw_inertia", "drive_gain")
 """What a calibration takes into α and α_yaw."""
 IN_TURNING = ("yaw_inertia", "yaw_damping")
 """How a robot answers a turning torque, and what brakes its turns: a base model may leave much of both."""
-TURNS = ("scrub_torque", "com_offset", "torque_imbalance", "torque_bias_differential")
-"""What else turns a robot or resists its turning, as casters and pads do."""
+TURNING = ("yaw_damping", "com_offset", "scrub_torque")
+"""Effects that resist or help a turn in proportion to the yaw rate, or by its sign."""
 TURNING_TORQUE = "torque_bias_differential"
 """A torque that turns the robot: α_yaw says what it accelerates."""
+ONE_WAY = ("torque_imbalance", TURNING_TORQUE)
+"""Torques that turn a robot one way."""
 
 
 def misfit_of(problem: Problem, fit: Fit) -> dict[str, float]:
@@ -195,7 +197,9 @@ def surely_left(name: str, extension: Extension, own: MisfitSettings) -> float:
         return times * extension.misfit.get(name, np.inf)
     if effects_of("torque")[name].acts_on == "pose":
         return least
-    return max(least, (own.beside if name in TURNS else 1.0) * negligible(name, extension, own))
+    return max(
+        least, (own.beside if name in (*TURNING, *ONE_WAY) else 1.0) * negligible(name, extension, own)
+    )
 
 
 def left_on_other_drives(name: str, extension: Extension, own: MisfitSettings) -> float:

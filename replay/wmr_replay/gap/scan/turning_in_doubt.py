@@ -23,17 +23,13 @@ import numpy as np
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.scan.misfit import size_of, turning_is_unknown
+from wmr_replay.gap.scan.misfit import ONE_WAY, TURNING, size_of, turning_is_unknown
 from wmr_replay.gap.scan.other_forms import least_squares
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.terms import COEFFICIENT, Term, parse_term
 
-TURNING = ("yaw_damping", "com_offset", "scrub_torque")
-"""Effects that resist or help a turn in proportion to the yaw rate, or by its sign."""
-ONE_WAY = ("torque_imbalance", "torque_bias_differential")
-"""Torques that turn a robot one way."""
 IN_DOUBT = (
     "the calibration log does not show well how the torques turn the robot, and alpha_yaw may be off by a "
     "factor of {factor:.1f}: something else turns it as well, such as swivel casters that swing round, pads "
