@@ -14,6 +14,7 @@ from wmr_replay.gap.scan.misfit import (
     is_rest,
     misfit_beside,
     negligible,
+    turning_is_unknown,
     with_parameters,
     withholds_a_rest,
 )
@@ -93,6 +94,14 @@ def test_a_gain_is_open_by_what_a_controller_hides():
     assert found["yaw_inertia"] == pytest.approx(OWN.in_sd * 0.01 + 0.25)
 
 
+def test_torques_that_never_turn_the_robot_leave_the_yaw_inertia_open():
+    model = Model(robot=ROBOT, robot_sd={"alpha": 0.00266})
+    found = with_parameters({}, model, (10.0, 0.0), OWN)
+    assert found["payload"] == pytest.approx(OWN.in_sd * 0.01 + 0.01)
+    assert found["yaw_inertia"] == with_parameters({}, model, (10.0, 1e-9), OWN)["yaw_inertia"]
+    assert found["yaw_inertia"] == OWN.most_open
+
+
 def test_a_torque_that_turns_is_negligible_by_what_it_turns():
     for name, alpha in (("torque_bias_common", 0.266), ("torque_bias_differential", 0.475)):
         assert negligible(name, PLATES, OWN) == pytest.approx(OWN.negligible_mps2 / (2 * alpha))
@@ -122,6 +131,17 @@ def test_what_is_a_rest_beside_a_found_effect_is_one_in_the_model_that_takes_it_
     later = replace(PLATES, misfit=taken_in)
     assert is_rest("payload", later.with_effect("payload", small), OWN)
     assert misfit_beside(replace(extension, misfit={}), {}, OWN) == {}
+
+
+def test_what_turning_takes_in_leaves_alpha_yaw_as_well_known_as_it_was():
+    """A yaw inertia up to one and a half times what is negligible, .08, stays a rest."""
+    extension = PLATES.with_effect("payload", {"mass_ratio": 0.4})
+    taken_in = misfit_beside(extension, {**NONE, "yaw_inertia": 0.03}, OWN)
+    later = replace(PLATES, misfit=taken_in)
+    assert not turning_is_unknown(taken_in, OWN)
+    for ratio, rest in ((0.119, True), (0.121, False)):
+        assert is_rest("yaw_inertia", later.with_effect("yaw_inertia", {"ratio": ratio}), OWN) is rest
+    assert misfit_beside(extension, {"yaw_inertia": 0.3}, OWN) == {"yaw_inertia": 0.3}
 
 
 @pytest.mark.parametrize(("limit_nm", "rest"), [(2.0, True), (1.85, False), (1.0, False)])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from wmr_replay.effects.motion import com_yaw_per_m
+from wmr_replay.gap.analyse import calibrate
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
@@ -18,6 +19,7 @@ from wmr_replay.gap.scan.turning_in_doubt import (
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
+from wmr_synth import synthesise
 
 SETTINGS = GateSettings()
 L, ALPHA, ALPHA_YAW = 0.24, 0.14, 0.13
@@ -159,3 +161,16 @@ def test_a_gain_and_a_load_that_turn_the_robot_within_the_doubt_are_an_inertia()
     assert gain_is_rest(both, SETTINGS.misfit)
     assert not gain_is_rest(replace(both, misfit={"yaw_inertia": 0.3}), SETTINGS.misfit)
     assert not gain_is_rest(both.without("payload"), SETTINGS.misfit)
+
+
+def test_a_calibration_that_never_turns_leaves_alpha_yaw_by_the_masses_and_open():
+    """The paper's acceleration pushes both wheels alike: its α is found, its α_yaw not shown at all."""
+    log = synthesise("paper-acceleration", seed=2, duration_s=24).log
+    model = calibrate(log, log.robot)
+    assert model.robot.alpha == pytest.approx(log.robot.alpha, rel=0.01)
+    assert model.robot.alpha_yaw == base_of(log.robot).alpha_yaw
+    assert "alpha" in model.robot_sd
+    assert "alpha_yaw" not in model.robot_sd
+    assert model.misfit["yaw_inertia"] == SETTINGS.misfit.most_open
+    (said,) = doubts(model.misfit, SETTINGS.misfit)
+    assert "it hardly turns" in said

@@ -98,7 +98,9 @@ def fit_parameters(problem: Problem, extension: Extension, noise: Diffusion | No
 def calibrated(
     robot: RobotParameters, problem: Problem, fit: Fit
 ) -> tuple[RobotParameters, dict[str, float]]:
-    """The robot with the fitted ratios applied, and the standard deviations by the delta method."""
+    """The robot with the fitted ratios applied, and the standard deviations by the delta method; none of what
+    the log does not move.
+    """
     spread = np.sqrt(np.diag(robust_covariance(problem, fit)[0]))
     sds = {name: s for (name, _), s in zip(fit.keys, spread, strict=True)}
     extension = fit.extension
@@ -112,7 +114,7 @@ def calibrated(
         before = robot.cornering_stiffness_over_epsilon or 0.0
         changed = replace(changed, cornering_stiffness_over_epsilon=before * (1 + ratio))
         sd["cornering_stiffness_over_epsilon"] = before * sds["cornering_stiffness"]
-    return changed, {key: float(value) for key, value in sd.items()}
+    return changed, {key: float(value) for key, value in sd.items() if value > 0}
 
 
 def with_rough_alpha(log: Log, settings: GateSettings) -> RobotParameters:

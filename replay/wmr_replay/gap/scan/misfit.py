@@ -75,20 +75,22 @@ def with_parameters(
         ("alpha", robot.alpha, ("payload", "drive_gain")),
         ("alpha_yaw", robot.alpha_yaw, ("yaw_inertia",)),
     ):
-        if value and key in model.robot_sd:
-            open_to = own.in_sd * model.robot_sd[key] / value
-            found |= {name: open_to + hidden_by_answer(ratios, name) for name in names}
+        if value:
+            open_to = own.in_sd * model.robot_sd.get(key, 0.0) / value
+            found |= {name: open_to + hidden_by_answer(ratios, name, own) for name in names}
     return found
 
 
-def hidden_by_answer(ratios: tuple[float, float], name: str) -> float:
+def hidden_by_answer(ratios: tuple[float, float], name: str, own: MisfitSettings) -> float:
     """The share of α, of ``yaw_inertia`` that of α_yaw, that torques which answer the disturbance hide.
 
     ``ratios`` are the standard deviations of what the torques ask for, ahead and in yaw, over the
     disturbance's. With u = r + w and α w = −n, efforts that answer the disturbance n, least squares of
-    α u + n on u are off by −var(n)/var(α u), 1/ratio² of α.
+    α u + n on u are off by −var(n)/var(α u), 1/ratio² of α. Torques that never vary show nothing of it, for
+    which ``own.most_open`` stands.
     """
-    return 1 / ratios[name == "yaw_inertia"] ** 2
+    ratio = ratios[name == "yaw_inertia"]
+    return min(1 / ratio**2, own.most_open) if ratio > 0 else own.most_open
 
 
 def is_rest(name: str, extension: Extension, own: MisfitSettings) -> bool:
@@ -175,11 +177,14 @@ def finds_what_matters(extension: Extension, own: MisfitSettings, *, but: str = 
 
 def misfit_beside(extension: Extension, misfit: Mapping[str, float], own: MisfitSettings) -> dict[str, float]:
     """The ``misfit`` of a base model that takes in the effects of the extension: what is a rest beside one
-    that matters stays a rest on other logs.
+    that matters stays a rest on other logs. Of what may be twice as large there (:func:`floor_of`), half of
+    that: α_yaw is known no worse for it.
     """
     if not finds_what_matters(extension, own):
         return dict(misfit)
-    return {name: max(left, own.beside * negligible(name, extension, own)) for name, left in misfit.items()}
+    times = dict.fromkeys(IN_TURNING, own.beside / own.other_drives)
+    least = {name: times.get(name, own.beside) * negligible(name, extension, own) for name in misfit}
+    return {name: max(left, least[name]) for name, left in misfit.items()}
 
 
 def surely_left(name: str, extension: Extension, own: MisfitSettings) -> float:

@@ -32,10 +32,11 @@ from wmr_schemas.terms import COEFFICIENT, Term, parse_term
 
 IN_DOUBT = (
     "the calibration log does not show well how the torques turn the robot, and alpha_yaw may be off by a "
-    "factor of {factor:.1f}: something else turns it as well, such as swivel casters that swing round, pads "
-    "that drag or a wheel that lifts. `gap` names no yaw inertia, no formula in turning, no yaw damping, "
-    "scrub or moved centre of mass that turns it no more than this error does, and nothing that is not "
-    "surely more than negligible. Calibrate on a drive as calm as the one to be analysed"
+    "factor of {factor:.3g}: it hardly turns, or something else turns it as well, such as swivel casters "
+    "that swing round, pads that drag or a wheel that lifts. `gap` names no yaw inertia, no formula in "
+    "turning, no yaw damping, scrub or moved centre of mass that turns it no more than this error does, and "
+    "nothing that is not surely more than negligible. Calibrate on a drive that turns, and as calmly as the "
+    "one to be analysed"
 )
 
 

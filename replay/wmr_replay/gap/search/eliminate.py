@@ -226,7 +226,8 @@ def may_be_a_rest(problem: Problem, current: Fit, rest: Fit, name: str, *, besid
     left = surely_left(name, alone, own)
     if left > 0 and name in IN_PARAMETERS:
         times = own.other_drives if name == "yaw_inertia" else 1.0
-        left += times * hidden_by_answer(excitation_ratios(problem, rest.extension, rest.noise), name)
+        ratios = excitation_ratios(problem, rest.extension, rest.noise)
+        left += times * hidden_by_answer(ratios, name, own)
     if left > 0 and least_size(problem, current, name, own.in_sd) <= left:
         return True
     in_doubt = terms_in_doubt(extension, problem.binned, [name])

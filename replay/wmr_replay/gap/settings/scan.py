@@ -55,6 +55,10 @@ class MisfitSettings:
     in_sd: float = 2.0
     """Standard deviations added to a size. Statistics: a size on another log varies as well."""
 
+    most_open: float = 100.0
+    """Largest share of α that torques may hide, for where they do not vary at all. Numerics: no effect is a
+    hundred times α, and a file holds it."""
+
     other_drives: float = 2.0
     """Largest rest on another drive, times that on the calibration log. Statistics: of the rests on 92 logs
     of 17 robots of the engine with nothing hidden (seeds from 3400000, once), 3 were larger, by little."""

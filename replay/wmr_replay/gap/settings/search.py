@@ -312,7 +312,7 @@ class SlipSettings:
     are no Gaussian's; of logs of a contact engine with nothing hidden the largest is 434, of .4 s."""
 
     seen_in_s: float = 90.0
-    """A log up to this length asks for no more than that, s; a longer one for √(length/this) as much.
+    """A log up to this length asks for no more than that, s; a longer one for √(length/this) times as much.
     Statistics: where tails fall as 1/gain², the largest of n times as many slips that are none is √n as
     large; on 25 minutes of the engine with nothing hidden it is 503."""
 
