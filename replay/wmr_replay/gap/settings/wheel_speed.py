@@ -111,6 +111,10 @@ class GateSettingsWheelSpeed:
     """Least change of the deviance of a unit in which an effect shows. Judgement: in the others the driving
     has nothing to say of it."""
 
+    least_unit_share: float = 0.01
+    """The same as a share of the largest change of a unit. Judgement: straight on, a track that explains
+    hundreds in each turn changes the deviance by one or two, by noise, and a test of ranks counts heads."""
+
     least_agreeing: float = 0.65
     """Share of the units that have to be likelier where there are few. Judgement: two of three."""
 

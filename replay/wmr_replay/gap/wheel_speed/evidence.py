@@ -74,6 +74,14 @@ def held_out_deviance(problem: Problem, folds: Folds, like: Fit) -> F64:
     return total
 
 
+def showing_units(change: F64, own: GateSettingsWheelSpeed) -> Bool:
+    """The units (u,) in which an effect shows by the change of their deviance (u,); in the others noise alone
+    decides.
+    """
+    least = max(own.least_unit_change, own.least_unit_share * float(np.abs(change).max(initial=0.0)))
+    return np.asarray(np.abs(change) > least)
+
+
 def held_out_p(before: F64, after: F64) -> float:
     """One-sided p that held-out units (u,) are no likelier after than before: Wilcoxon's signed ranks."""
     from scipy.stats import wilcoxon  # noqa: PLC0415 – half a second of start-up
@@ -202,7 +210,7 @@ def holds_on_held_out(problem: Problem, without: Fit, with_it: Fit, name: str) -
     if name in PLACES:
         return gained > 0, float(np.exp(-max(gained, 0.0)))
     own, change = problem.settings.gates, before - after
-    shown = np.abs(change) > own.least_unit_change
+    shown = showing_units(change, own)
     p = held_out_p(before[shown], after[shown])
     if shown.sum() < own.few_units:
         holds = gained > own.few_units_gain and float((change[shown] > 0).mean()) > own.least_agreeing
