@@ -15,9 +15,11 @@ TUG = np.array([-1.4, 481.2, -2.1, -1.2, -1.6, -2.6, 123.2, 525.1, -1.7, 391.9, 
 def test_straight_driving_says_nothing_of_a_track() -> None:
     shown = showing_units(TUG, OWN)
     assert TUG[shown].tolist() == [481.2, 123.2, 525.1, 391.9, 12.7]
-    assert (
-        held_out_p(np.zeros(12), -TUG) > OWN.held_out_level
-    )  # by heads, the straight units outvote the turns
+
+
+def test_by_heads_straight_driving_outvotes_the_turns() -> None:
+    """Why a unit that hardly changes has no vote."""
+    assert held_out_p(np.zeros(12), -TUG) > OWN.held_out_level
 
 
 def test_a_unit_that_is_much_less_likely_still_counts() -> None:
