@@ -3,6 +3,7 @@
     python bench/gap_mujoco.py --split develop --n 60
     python bench/gap_mujoco.py --split report --n 400 --jobs 2
     python bench/gap_mujoco.py --robot cart --effect none --noise mocap --n 6
+    python bench/gap_mujoco.py --split report --wheel-speeds --n 400
 
 Every log is a canonical MCAP without a mode topic, analysed with default settings; its base model is what
 ``fit`` calibrates on another log of the robot, on which nothing is hidden. Cases go round the robots; of five
@@ -32,6 +33,7 @@ from engine.effects import EDITS  # noqa: E402
 from engine.logs import Logged, base_of, logged, written  # noqa: E402
 from engine.oracle import judged  # noqa: E402
 from engine.rivals import left_by_rivals  # noqa: E402
+from engine.robot import BY_WHEELS, FOUR_WHEELED  # noqa: E402
 from engine.score import outcome, rivals_said  # noqa: E402
 from engine.split import accepted, makes_both, part  # noqa: E402
 from worlds import runs  # noqa: E402
@@ -57,10 +59,14 @@ def cases(options: argparse.Namespace) -> Iterator[Case]:
     """
     chosen = part(options.split)
     robots = [options.robot] if options.robot else list(chosen.robots)
+    if not {*robots} <= {*chosen.robots}:
+        raise SystemExit(f"only {', '.join(chosen.robots)} in this part")
+    if options.wheel_speeds:
+        robots = [f"{name}{BY_WHEELS}" for name in robots if name not in FOUR_WHEELED]
     families = [options.family] if options.family else list(chosen.families)
     noises = [options.noise] if options.noise else list(NOISE_LEVELS)
-    if not {*robots} <= {*chosen.robots} or not {*families} <= {*chosen.families}:
-        raise SystemExit(f"only {', '.join(chosen.robots)} on {', '.join(chosen.families)} in this part")
+    if not {*families} <= {*chosen.families}:
+        raise SystemExit(f"only {', '.join(chosen.families)} in this part")
     first = chosen.first_seed if options.first_seed is None else options.first_seed
     for k in range(options.n):
         lap, place = divmod(k, len(robots))
@@ -151,6 +157,11 @@ def main() -> None:
         "--kind", choices=("all", "hidden", "nothing"), default="all", help="logs with or without an effect"
     )
     parser.add_argument("--robot")
+    parser.add_argument(
+        "--wheel-speeds",
+        action="store_true",
+        help="two-wheeled robots, their wheel speeds in place of torques",
+    )
     parser.add_argument("--family", choices=tuple(FAMILIES))
     parser.add_argument("--noise", choices=tuple(NOISE_LEVELS))
     parser.add_argument("--jobs", type=int, default=2)
@@ -158,7 +169,8 @@ def main() -> None:
     parser.add_argument("--fresh", action="store_true", help="forget the rows of the file")
     parser.add_argument("--json", action="store_true", help="print rows in place of tables")
     options = parser.parse_args()
-    out = options.out or RESULTS / f"gap_mujoco.{options.split}.jsonl"
+    kind = BY_WHEELS if options.wheel_speeds else ""
+    out = options.out or RESULTS / f"gap_mujoco{kind}.{options.split}.jsonl"
     if options.fresh:
         out.unlink(missing_ok=True)
     rows = runs.run(row_of, cases(options), out, options.jobs)  # type: ignore[arg-type]

@@ -1,6 +1,7 @@
 """Write the figures of docs/gap-worlds.md from the rows of a report.
 
-    python bench/gap_worlds_page.py --worlds worlds.jsonl --engine engine.jsonl --formulas formulas.jsonl
+    python bench/gap_worlds_page.py --worlds worlds.jsonl --engine engine.jsonl --wheels wheels.jsonl
+    python bench/gap_worlds_page.py --formulas formulas.jsonl
 
 Rows are those that gap_worlds.py, gap_mujoco.py and gap_formulas.py append to their files. Of a file that is
 not given, the blocks stay as they are; of several files for one report, all rows count. A log that is in the
@@ -34,11 +35,13 @@ def blocks_of(options: argparse.Namespace) -> dict[str, str]:
         from worlds import figures as worlds  # noqa: PLC0415 (each needs what its benchmark needs)
 
         found |= worlds.blocks(rows_of(options.worlds, lambda row: row["key"]))
-    if options.engine:
+    if options.engine or options.wheels:
         from engine import figures as engine  # noqa: PLC0415 (MuJoCo)
         from engine.split import accepted  # noqa: PLC0415
 
-        found |= engine.blocks(rows_of(options.engine, lambda row: row["key"]), accepted)
+        for report in ("engine", "wheels"):
+            if paths := getattr(options, report):
+                found |= engine.blocks(rows_of(paths, lambda row: row["key"]), accepted, report)
     if options.formulas:
         from formulas import figures as formulas  # noqa: PLC0415
 
@@ -54,6 +57,7 @@ def main() -> None:
     )
     parser.add_argument("--worlds", type=Path, nargs="+", default=[])
     parser.add_argument("--engine", type=Path, nargs="+", default=[])
+    parser.add_argument("--wheels", type=Path, nargs="+", default=[])
     parser.add_argument("--formulas", type=Path, nargs="+", default=[])
     parser.add_argument("--page", type=Path, default=PAGE)
     options = parser.parse_args()

@@ -12,6 +12,7 @@ import quality_logs
 from encoders.drivers import FAMILIES as TURNING_FAMILIES
 from worlds.drivers import path_of, slow_square_wave
 
+from engine.robot import BY_WHEELS
 from wmr_schemas.arrays import F64
 from wmr_synth.driving.drivers import Profile
 from wmr_synth.driving.patrol import stop_go_reverse_turn
@@ -64,7 +65,7 @@ class Case:
 
     def references(self) -> Profile:
         """Speed and yaw rate that the controller follows."""
-        pace = PACE.get(self.robot, 1.0)
+        pace = PACE.get(self.robot.removesuffix(BY_WHEELS), 1.0)
         profile = FAMILIES[self.family](self.duration_s, self.stream("drive"))
 
         def paced(t_s: F64) -> tuple[F64, F64]:

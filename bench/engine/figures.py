@@ -18,22 +18,22 @@ Names = Callable[[str], Mapping[str, Sequence[str]]]
 OUTCOMES = ("among", "more", "refused", "unnamed", "wrong", "error")
 
 
-def blocks(rows: Rows, accepted: Names) -> dict[str, str]:
-    """The text of each block by its name; a log that could not be driven is no case."""
+def blocks(rows: Rows, accepted: Names, report: str = "engine") -> dict[str, str]:
+    """The text of each block of a ``report`` by its name; a log that could not be driven is no case."""
     driven = [row for row in rows if row["outcome"] != "not driven"]
     left_out = len(rows) - len(driven)
     hidden = [row for row in driven if row["effect"]]
     nothing = [row for row in driven if not row["effect"]]
     seconds = [row for row in hidden if row.get("second", {}).get("verdict", "not driven") != "not driven"]
     return {
-        "engine_report": f"{scope(driven, left_out, 'robot')}\n\n{asked(hidden, nothing, seconds)}",
-        "engine_hidden": "\n\n".join(
+        f"{report}_report": f"{scope(driven, left_out, 'robot')}\n\n{asked(hidden, nothing, seconds)}",
+        f"{report}_hidden": "\n\n".join(
             [by(hidden, lambda row: row["robot"], "robot"), by(hidden, noise, "noise"),
              by_effect(hidden, accepted)]
         ),
-        "engine_nothing": silence(nothing, "robot"),
-        "engine_second": second_logs(seconds),
-        "engine_failures": failures(driven),
+        f"{report}_nothing": silence(nothing, "robot"),
+        f"{report}_second": second_logs(seconds),
+        f"{report}_failures": failures(driven),
     }  # fmt: skip
 
 

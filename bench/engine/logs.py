@@ -82,7 +82,7 @@ def reached_under_torque(case: Case, robot: Robot) -> F64:
 
 
 def measured(case: Case, motion: Motion, robot: Robot, hidden: Hidden) -> Log:
-    """The log as recorded: poses with white noise, torques as commanded; of four wheels their speeds."""
+    """The log as recorded: poses with white noise, torques as commanded, or wheel speeds in their place."""
     rng = case.stream("pose")
     (position_m, yaw_rad), n = case.noise_sd, len(motion.t_s)
     stamps = START_NS + np.rint(motion.t_s * NS_PER_S).astype(np.int64)
@@ -93,7 +93,7 @@ def measured(case: Case, motion: Motion, robot: Robot, hidden: Hidden) -> Log:
         motion.y_m + position_m * rng.normal(size=n),
         motion.yaw_rad + yaw_rad * rng.normal(size=n),
     )
-    if robot.four_wheeled:
+    if robot.by_wheels:
         noise = WHEEL_SPEED_SD_RADPS * case.stream("wheels").normal(size=(2, n))
         wheels = WheelSpeedTrack(stamps, motion.left_radps + noise[0], motion.right_radps + noise[1])
         return Log(pose, robot=robot.data_sheet, wheels=wheels)

@@ -65,7 +65,7 @@ class Judgement:
 def judged(case: Case, found: Logged) -> Judgement:
     """The oracle's word on a log with a hidden effect."""
     base, motion = base_of(case), axle(found)
-    hidden = by_wheels(case, found) if found.robot.four_wheeled else by_torques(found)
+    hidden = by_wheels(case, found) if found.robot.by_wheels else by_torques(found)
     hidden = Trace(hidden.acceleration, hidden.pose + seen_elsewhere(found, motion))
     steps = steps_of(motion, found.robot, base, case.noise_sd)
     patches = crossings(found, hidden)

@@ -66,7 +66,7 @@ def parts(motion: Motion, robot: Robot) -> F64:
     """What each parameter of a base adds to the channels, (p, 3, n)."""
     l, v, q = robot.half_track_m, motion.v_long_mps, motion.yaw_rate_radps
     none = np.zeros_like(v)
-    if robot.four_wheeled:
+    if robot.by_wheels:
         half_radius = robot.wheel_radius_m / 2
         v = half_radius * (motion.right_radps + motion.left_radps)
         q = half_radius * (motion.right_radps - motion.left_radps) / l
@@ -88,7 +88,7 @@ def parts(motion: Motion, robot: Robot) -> F64:
 def channels(motion: Motion, robot: Robot) -> F64:
     """What a base explains, (3, n)."""
     v, w, q = motion.v_long_mps, motion.v_lat_mps, motion.yaw_rate_radps
-    if robot.four_wheeled:
+    if robot.by_wheels:
         return np.stack([v, w, q])
     ahead, turning = (np.diff(one, append=one[-1]) * RATE_HZ for one in (v, robot.half_track_m * q))
     return np.stack([ahead, w, turning])
@@ -103,7 +103,7 @@ def columns_of(motion: Motion, robot: Robot) -> list[Trace]:
     """Traces of the base's parameters; by wheel speeds the pose's delay is one."""
     columns = [Trace(part, np.zeros_like(part)) for part in parts(motion, robot)]
     late = body_pose(motion)
-    return [*columns, Trace(np.zeros_like(late), late)] if robot.four_wheeled else columns
+    return [*columns, Trace(np.zeros_like(late), late)] if robot.by_wheels else columns
 
 
 def base_of(case: Case) -> Base:
@@ -161,7 +161,7 @@ def steps_of(motion: Motion, robot: Robot, base: Base, noise_sd: tuple[float, fl
     process[own, own] = variance * (1 - np.exp(-2 * BIN_S / base.time_s))
     start[range(6), range(6)] = START_SD**2
     start[own, own] = variance
-    if robot.four_wheeled:
+    if robot.by_wheels:
         one_m2 = (robot.wheel_radius_m * WHEEL_SPEED_SD_RADPS) ** 2 / 2 / RATE_HZ * BIN_S
         process[X, X] = process[Y, Y] = one_m2
         process[YAW, YAW] = one_m2 / robot.half_track_m**2
@@ -177,11 +177,11 @@ def dynamics(motion: Motion, robot: Robot) -> F64:
     found[:, X, YAW], found[:, Y, YAW] = -rates[1], rates[0]
     for first in (DISTURBANCE, N_STATES):
         found[:, X, first + 1], found[:, Y, first + 1] = -sine, cosine
-        if robot.four_wheeled:
+        if robot.by_wheels:
             found[:, X, first], found[:, Y, first], found[:, YAW, first + 2] = cosine, sine, 1.0
         else:
             found[:, V, first], found[:, Q, first + 2] = 1.0, 1 / robot.half_track_m
-    if not robot.four_wheeled:
+    if not robot.by_wheels:
         found[:, X, V], found[:, Y, V], found[:, YAW, Q] = cosine, sine, 1.0
     found[:, W, W] = -1.0
     return found

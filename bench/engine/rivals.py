@@ -66,7 +66,7 @@ class Sized(World):
 
 def left_by_rivals(case: Case, found: Logged, names: Collection[str]) -> dict[str, float | None]:
     """What each rival leaves of the hidden effect; None of one that has no mechanism here."""
-    torque = not found.robot.four_wheeled
+    torque = not found.robot.by_wheels
     return {
         name: left_by(case, found, EDITS[RIVALS[name]]) if torque and name in RIVALS else None
         for name in sorted(names)

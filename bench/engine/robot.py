@@ -11,6 +11,8 @@ from wmr_schemas.robot import RobotParameters
 
 ROBOTS = Path(__file__).with_name("robots")
 FOUR_WHEELED = ("rover",)
+BY_WHEELS = "-wheels"
+"""Ending of the name of a two-wheeled robot that records wheel speeds, and no torques."""
 GRAVITY_MPS2 = 9.81
 
 
@@ -33,8 +35,13 @@ class Robot:
 
     @property
     def four_wheeled(self) -> bool:
-        """Whether wheel speeds drive its base model."""
+        """Whether it turns against the scrub of its tyres."""
         return self.name in FOUR_WHEELED
+
+    @property
+    def by_wheels(self) -> bool:
+        """Whether it records wheel speeds, which drive its base model, and no torques."""
+        return self.four_wheeled or self.name.endswith(BY_WHEELS)
 
     @property
     def alpha(self) -> float:
@@ -54,7 +61,7 @@ class Robot:
 
 def spec_of(name: str) -> mujoco.MjSpec:
     """The robot's specification, to be changed and compiled."""
-    return mujoco.MjSpec.from_file(str(ROBOTS / f"{name}.xml"))
+    return mujoco.MjSpec.from_file(str(ROBOTS / f"{name.removesuffix(BY_WHEELS)}.xml"))
 
 
 def robot_of(name: str) -> Robot:

@@ -4,7 +4,7 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
-from engine.robot import FOUR_WHEELED
+from engine.robot import BY_WHEELS, FOUR_WHEELED
 
 HERE = Path(__file__).parent
 
@@ -33,10 +33,17 @@ def part(name: str) -> Part:
 def accepted(robot: str) -> dict[str, list[str]]:
     """Accepted names by effect of the engine, for the base model that the robot has."""
     tables = tomllib.loads((HERE / "accepted.toml").read_text(encoding="utf-8"))
-    return dict(tables["wheel_speed" if robot in FOUR_WHEELED else "torque"])
+    return dict(tables[table_of(robot)])
 
 
 def makes_both(robot: str, effect: str) -> bool:
     """Whether an effect of the engine makes both of its accepted effects at once."""
     tables = tomllib.loads((HERE / "accepted.toml").read_text(encoding="utf-8"))
-    return effect in tables["both"]["wheel_speed" if robot in FOUR_WHEELED else "torque"]
+    return effect in tables["both"][table_of(robot)]
+
+
+def table_of(robot: str) -> str:
+    """The table of accepted names that holds for a robot."""
+    if robot in FOUR_WHEELED:
+        return "wheel_speed"
+    return "two_wheels" if robot.endswith(BY_WHEELS) else "torque"
