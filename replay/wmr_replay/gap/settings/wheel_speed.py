@@ -219,6 +219,24 @@ class GateSettingsWheelSpeed:
     """Least time for which they do, in that of every other steady slip of the record. Judgement: clearly
     longer than any."""
 
+    least_gain_of_bin: float = 5.0
+    """By how much, in −2 log likelihood, a loss is likelier than rolling in every bin of a slip. Statistics:
+    a bin in twenty-five has as much by chance."""
+
+    least_seen_loss: float = 0.6
+    """Least loss of a slip that is a finding, of a robot which rolled on its calibration logs. Judgement: on
+    90 logs of MuJoCo's skid-steered robot with nothing hidden wheels that scrub lose up to .52."""
+
+    least_seen_gain: float = 60.0
+    """By how much it has to be likelier than rolling. Judgement: on 83 logs of MuJoCo's two-wheeled robots
+    with nothing hidden no slip lasts two bins."""
+
+    least_slipped_gain: float = 30.0
+    """From what on a calibration log slips. Judgement: half of it."""
+
+    least_staying_behind: float = 0.5
+    """Least share of the way it loses by which the robot is still behind afterwards. Judgement: half."""
+
     tolerance_m: float = 0.003
     """An effect counts when it moves the simulated path by more, m. ``GapOptions`` sets it."""
 

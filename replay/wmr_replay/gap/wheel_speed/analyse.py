@@ -17,6 +17,7 @@ from wmr_replay.gap.wheel_speed.modes import ideal_only, slip_mask, without_slip
 from wmr_replay.gap.wheel_speed.plausible import check_signs, logs_apart
 from wmr_replay.gap.wheel_speed.predict import Problem
 from wmr_replay.gap.wheel_speed.record import record_of
+from wmr_replay.gap.wheel_speed.seen_slipping import with_seen_slipping
 from wmr_replay.gap.wheel_speed.select import Search, select
 from wmr_replay.gap.wheel_speed.units import unit_of_blocks
 from wmr_schemas.errors import InvalidSignal
@@ -46,6 +47,7 @@ def analyse_wheel_speeds(
         problem = identified(problem, logs, own, options)
     begin = chained(problem, logs, own, options)
     selection = with_terms(select(problem, options.max_effects, tell, begin), options.max_effects)
+    selection = with_seen_slipping(selection)
     tell("proving", 0.85)
     result = assemble(selection, own, options)
     return replace(result, notes=(*logs_apart(problem), *result.notes))
@@ -92,7 +94,8 @@ def problem_of(logs: Sequence[Log], base: Base, options: GapOptions, driven_by: 
     if not len(bins.table):
         raise InvalidSignal("wheel speed", "no stretch of the log is long enough")
     problem = Problem(record, bins, base.chassis, base.values, np.ones(len(bins.start), bool), settings)
-    problem = replace(problem, base_sd={} if driven_by == "command" else base.values_sd)
+    if driven_by != "command":
+        problem = replace(problem, base_sd=base.values_sd, rolled=base.rolled)
     if int(unit_of_blocks(problem).max()) + 1 < settings.gates.least_units:
         seconds = float(bins.inside.sum()) * bins.step_s
         raise InvalidSignal(

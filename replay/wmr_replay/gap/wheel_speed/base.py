@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from wmr_replay.gap.wheel_speed.between_logs import misfit_sd
+from wmr_replay.gap.wheel_speed.candidates import SLIP
 from wmr_replay.gap.wheel_speed.drive import Chassis, Values
 from wmr_replay.gap.wheel_speed.predict import DECLARED
 from wmr_schemas.errors import InvalidSignal
@@ -33,6 +34,11 @@ class Base:
         return {
             e.name: dict(e.parameters) for e in self.effects if e.name in DECLARED or is_slip_term(e.name)
         }
+
+    @property
+    def rolled(self) -> bool:
+        """Whether the robot was calibrated, and rolled on the calibration logs."""
+        return bool(self.values_sd) and SLIP not in self.misfit
 
     @property
     def values_sd(self) -> Values:

@@ -16,6 +16,7 @@ from wmr_replay.gap.wheel_speed.evidence import matters, p_value
 from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.plausible import logs_apart
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
+from wmr_replay.gap.wheel_speed.seen_slipping import slipping_left
 from wmr_replay.gap.wheel_speed.select import base_fit, fitted_with
 from wmr_replay.gap.wheel_speed.verdict import too_short_a_way
 from wmr_schemas.arrays import F64
@@ -56,13 +57,13 @@ def calibrate_wheel_speeds(
     fitted, unseen = calibrated(problem)
     fitted = with_creep(problem, fitted)
     alone = fitted_alone(problem, fitted)
-    sd = sd_of_another_log(fitted, alone)
+    sd = sd_of_another_log(problem, fitted, alone)
     model = Model(
         robot=base.robot,
         noise=noise_model(problem, fitted),
         effects=tuple(effect_of(fitted, sd, name) for name in (*CALIBRATED, CREEP) if name in fitted.values),
         odometry=odometry(problem, (base_fit(problem), fitted), options),
-        misfit=misfit_between(alone),
+        misfit=misfit_between(alone) | slipping_left(problem, fitted),
     )
     notes = (f"the driving does not show {name}; it is left out" for name in unseen)
     return Calibration(model, (*apart, *notes))

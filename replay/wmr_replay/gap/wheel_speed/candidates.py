@@ -7,7 +7,7 @@ from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter
 from wmr_replay.gap.wheel_speed.record import Record
 from wmr_schemas.effects import EffectDeclaration
 
-PLACES = ("slip_interval", "low_grip_patch")
+SLIP, PATCH = PLACES = ("slip_interval", "low_grip_patch")
 """Effects in a time or a place, which have a scan of their own."""
 NEED_WORLD = ("slope_slip", "low_grip_patch", "yaw_drift", "slip_interval")
 """Effects that mean something only where all stretches are one drive in one world."""

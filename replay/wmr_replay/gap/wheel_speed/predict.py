@@ -59,6 +59,8 @@ class Problem:
     """Predictions by bin; those of one record share them."""
     base_sd: Values = field(default_factory=dict)
     """Standard deviations of the base model's effects, where a calibration says them."""
+    rolled: bool = False
+    """Whether the base model is calibrated on logs on which the robot rolled."""
 
     @property
     def with_slip(self) -> "Problem":

@@ -8,6 +8,7 @@ import pytest
 from wmr_replay.gap.settings.wheel_speed import WheelSpeedSettings
 from wmr_replay.gap.wheel_speed.base import Base
 from wmr_replay.gap.wheel_speed.between_logs import (
+    CENTRE_SD,
     SCRUB_SD,
     sd_of_another_log,
     sides_apart_m,
@@ -27,25 +28,34 @@ def fit_of(size, sd, effect="wheel_scale", key="ratio"):
     return SimpleNamespace(parameters=(which,), sizes=np.array([size]), sd=np.array([sd]), values=values)
 
 
+ROBOT = SimpleNamespace(chassis=Chassis(0.1, 0.25))
+
+
 def test_one_log_says_no_more_than_its_own_deviation():
-    assert sd_of_another_log(fit_of(0.01, 0.002), []) == pytest.approx([0.002])
+    assert sd_of_another_log(ROBOT, fit_of(0.01, 0.002), []) == pytest.approx([0.002])
+
+
+def test_one_log_does_not_show_how_far_the_centre_of_rotation_moves():
+    centre = fit_of(0.01, 0.0006, "icr_offset", "offset_m")
+    assert sd_of_another_log(ROBOT, centre, []) == pytest.approx([np.hypot(0.0006, CENTRE_SD * 0.25)])
+    assert sd_of_another_log(ROBOT, centre, [(None, centre)] * 2) == pytest.approx([0.0006])
 
 
 def test_logs_that_differ_by_more_than_their_noise_widen_the_deviation():
     alone = [(None, fit_of(0.00, 0.002)), (None, fit_of(0.04, 0.002))]
     between = 0.0008 - 0.002**2
     expected = np.sqrt(0.001**2 + 1.5 * between)
-    assert sd_of_another_log(fit_of(0.02, 0.001), alone) == pytest.approx([expected])
+    assert sd_of_another_log(ROBOT, fit_of(0.02, 0.001), alone) == pytest.approx([expected])
 
 
 def test_logs_that_differ_by_their_noise_do_not():
     alone = [(None, fit_of(0.019, 0.01)), (None, fit_of(0.021, 0.01))]
-    assert sd_of_another_log(fit_of(0.02, 0.007), alone) == pytest.approx([0.007])
+    assert sd_of_another_log(ROBOT, fit_of(0.02, 0.007), alone) == pytest.approx([0.007])
 
 
 def test_a_scrubbing_track_is_known_no_better_than_its_form():
     same = fit_of(1.4, 0.001, "effective_track")
-    sd = sd_of_another_log(same, [(None, same), (None, same)])
+    sd = sd_of_another_log(ROBOT, same, [(None, same), (None, same)])
     assert sd == pytest.approx([np.hypot(0.001, SCRUB_SD * 1.4)])
     problem = SimpleNamespace(chassis=Chassis(0.1, 0.25))
     assert sides_apart_m(problem, same) == pytest.approx(SCRUB_SD * 1.4 * 0.25)

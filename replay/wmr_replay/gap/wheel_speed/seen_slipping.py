@@ -1,0 +1,159 @@
+"""A loss of traction that measured wheel speeds show, of a calibrated robot.
+
+A wheel that spins loses no constant share of its motion: no loss of one size holds on what was not fitted.
+But a robot that rolled on its calibration logs, and here loses most of its motion for a while, lost traction.
+Every bin has a loss of its own, of those that are tried; where they are far likelier together than rolling,
+that is the finding, in the time of the likeliest slip, or in the place of several.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import chdtrc
+
+from wmr_replay.gap.wheel_speed.candidates import PATCH, PLACES, SLIP, parameters_of
+from wmr_replay.gap.wheel_speed.estimate import Fit, at, inverse
+from wmr_replay.gap.wheel_speed.places import AHEAD_YAW, LOSSES, Rates, Start
+from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
+from wmr_replay.gap.wheel_speed.select import Named, Selection, Tried, price
+from wmr_replay.gap.wheel_speed.usual_slip import beside, runs
+from wmr_schemas.arrays import Bool
+
+LEAST_WAY_M = 0.01
+"""Least standard deviation of a place, that of a good pose."""
+
+
+class Slip(NamedTuple):
+    """Bins (n,) in which the robot slips, by how much that is likelier than rolling, in −2 log likelihood,
+    and the share of the motion that is lost, with its standard deviation from bin to bin.
+    """
+
+    inside: Bool
+    gain: float
+    loss: float
+    loss_sd: float = 0.0
+
+
+def with_seen_slipping(selection: Selection) -> Selection:
+    """The selection with the loss of traction that the rates show, beside what lasts; the same without one,
+    and where the robot is not calibrated, slipped on its calibration logs, or a loss is found already.
+
+    The loss stands as it is: steps of a fit would follow how it grows and fades.
+    """
+    slips = seen_slips(selection)
+    if not slips:
+        return selection
+    whole, fit = selection.problem.with_slip, selection.fit
+    first = max(slips, key=lambda slip: slip.gain)
+    there = [one for one in slips if is_near(whole, one, first)]
+    name, place = as_effect(whole, there)
+    size, gain, p = parameters_of(name), sum(one.gain for one in there), p_of(there, len(slips))
+    loose = at(whole, (*fit.parameters, *size), {**fit.values, name: place}, fit.noises)
+    tried = Tried(len(selection.found), name, gain, gain - price(whole, len(size)), p)
+    return replace(
+        selection,
+        problem=whole,
+        base=at(whole, (), {}, selection.base.noises),
+        fit=known_to_a_bin(loose, whole, there),
+        found=(*selection.found, Named(name, p)),
+        tried=(*(one for one in selection.tried if one.name != name), tried),
+    )
+
+
+def known_to_a_bin(fit: Fit, whole: Problem, slips: list[Slip]) -> Fit:
+    """The fit with the standard deviations of a loss of traction that was seen: begin and end are known to a
+    bin, a place to the way in a bin, the loss as it differs from bin to bin.
+    """
+    inside = np.any([slip.inside for slip in slips], axis=0)
+    path = whole.bins.mean(whole.record.pose[:2])[:, inside]
+    step_m = float(np.hypot(*np.diff(path)).max(initial=LEAST_WAY_M))
+    sds = {"s": whole.bins.step_s, "m": step_m, "1": max(slips, key=lambda slip: slip.gain).loss_sd}
+    covariance = fit.spread
+    for k, one in enumerate(fit.parameters):
+        if one.effect in PLACES:
+            covariance[k], covariance[:, k] = 0.0, 0.0
+            covariance[k, k] = sds[DECLARED[one.effect].parameters[one.key].unit] ** 2
+    return replace(fit, information=inverse(covariance), covariance=covariance)
+
+
+def seen_slips(selection: Selection) -> list[Slip]:
+    """The slips that are a finding."""
+    problem, fit = selection.problem, selection.fit
+    if not problem.rolled or any(one.name in PLACES for one in selection.found):
+        return []
+    return [one for one in slips_of(problem, fit) if is_found(problem, fit, one)]
+
+
+def p_of(slips: list[Slip], n_seen: int) -> float:
+    """The p of slips of which ``n_seen`` were seen: each bin's loss is a parameter."""
+    n = sum(int(slip.inside.sum()) for slip in slips)
+    return min(1.0, n_seen * float(chdtrc(n, sum(one.gain for one in slips))))
+
+
+def slipping_left(problem: Problem, fit: Fit) -> dict[str, float]:
+    """The loss that calibration logs show, where the robot slips on them; empty where it rolls."""
+    own = problem.settings.gates
+    slips = [one for one in slips_of(problem, fit) if one.loss >= own.least_seen_loss]
+    losses = [one.loss for one in slips if one.gain >= own.least_slipped_gain]
+    return {SLIP: max(losses)} if losses else {}
+
+
+def slips_of(problem: Problem, fit: Fit) -> list[Slip]:
+    """The runs of bins in which losing a part of the motion is likelier than rolling."""
+    rates = Rates(problem, fit.values)
+    by_loss = rates.gains()
+    gains, losses = by_loss.max(axis=0), LOSSES[by_loss.argmax(axis=0)]
+    slipping = runs(gains > problem.settings.gates.least_gain_of_bin)
+    return [
+        Slip(inside, float(gains[inside].sum()), lost_share(rates, inside), float(losses[inside].std()))
+        for inside in slipping
+    ]
+
+
+def is_found(problem: Problem, fit: Fit, slip: Slip) -> bool:
+    """Whether most of the motion is lost for good, without a doubt."""
+    own = problem.settings.gates
+    sure = slip.gain >= own.least_seen_gain and slip.loss >= own.least_seen_loss
+    return sure and stays_behind(problem, fit, slip)
+
+
+def lost_share(rates: Rates, inside: Bool) -> float:
+    """The loss of the bins ``inside`` (n,) by least squares, ahead and in yaw: 1 − Σ m·p/sd² / Σ p²/sd²."""
+    m, p, sd = (part[AHEAD_YAW][:, inside] for part in (rates.measured, rates.predicted, rates.sd))
+    return float(np.clip(1 - np.sum(m * p / sd**2) / np.sum(p**2 / sd**2), 0.0, 1.0))
+
+
+def stays_behind(problem: Problem, fit: Fit, slip: Slip) -> bool:
+    """Whether the robot is still behind its wheels, ahead, after a slip: where a tracker held the pose, it
+    catches up.
+    """
+    whole, rows = problem.with_slip, np.flatnonzero(beside(slip.inside))
+    rolled, moved = (
+        way[0, rows[-1]] - way[0, rows[0]] for way in (whole.predicted(fit.values), whole.measured)
+    )
+    behind = abs(rolled) - np.sign(rolled) * moved
+    return bool(behind > problem.settings.gates.least_staying_behind * slip.loss * abs(rolled))
+
+
+def as_effect(whole: Problem, slips: list[Slip]) -> tuple[str, Start]:
+    """A slip as a loss in its time; several as one in the disc about them, with the loss of the likeliest."""
+    loss = max(slips, key=lambda slip: slip.gain).loss
+    if len(slips) > 1:
+        x_m, y_m, radius_m = disc_of(whole, np.any([slip.inside for slip in slips], axis=0))
+        return PATCH, {"x_m": x_m, "y_m": y_m, "radius_m": radius_m, "loss": loss}
+    t_s, half_s = whole.bins.t_s[slips[0].inside], whole.bins.step_s / 2
+    return SLIP, {"start_s": float(t_s[0] - half_s), "end_s": float(t_s[-1] + half_s), "loss": loss}
+
+
+def disc_of(whole: Problem, inside: Bool) -> tuple[float, float, float]:
+    """Centre and radius of the disc about the path in the bins ``inside`` (n,)."""
+    path = whole.bins.mean(whole.record.pose[:2])[:, inside]
+    x_m, y_m = (path.min(axis=1) + path.max(axis=1)) / 2
+    return float(x_m), float(y_m), float(np.hypot(path[0] - x_m, path[1] - y_m).max())
+
+
+def is_near(whole: Problem, one: Slip, other: Slip) -> bool:
+    """Whether the discs about two slips are no further from one another than the wheels are."""
+    (x, y, radius), (x_other, y_other, radius_other) = (disc_of(whole, slip.inside) for slip in (one, other))
+    return bool(np.hypot(x - x_other, y - y_other) < radius + radius_other + 2 * whole.chassis.half_track_m)

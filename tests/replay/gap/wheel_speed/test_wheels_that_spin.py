@@ -1,0 +1,98 @@
+"""Wheels that spin are a finding of a calibrated robot that rolled on its calibration log."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.replay.made_up_wheels import LEAD_S, ROBOT, drive
+
+from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds
+from wmr_replay.gap.wheel_speed.calibrate import calibrate_wheel_speeds
+from wmr_schemas.arrays import NS_PER_S
+
+NOISE = (0.002, 0.003)
+SPINS_S = (25.0, 27.0)
+STARTED_NS = round(LEAD_S * NS_PER_S)
+
+
+def spinning(log, times=8.0, span_s=SPINS_S):
+    """The log with wheels that turn up to so many times as fast in a span: the loss grows and fades."""
+    since_s = (log.wheels.t_ns - STARTED_NS) / NS_PER_S - span_s[0]
+    share = np.clip(since_s / (span_s[1] - span_s[0]), 0.0, 1.0)
+    faster = 1 + (times - 1) * np.sin(np.pi * share) ** 2
+    wheels = replace(
+        log.wheels, left_radps=faster * log.wheels.left_radps, right_radps=faster * log.wheels.right_radps
+    )
+    return replace(log, wheels=wheels)
+
+
+def held_by_its_tracker(log, span_s=SPINS_S):
+    """The log with poses that stand, with their noise, in a span; then they catch up."""
+    at_s, pose = (log.pose.t_ns - STARTED_NS) / NS_PER_S, log.pose
+    inside = (at_s > span_s[0]) & (at_s < span_s[1])
+    first = int(np.flatnonzero(inside)[0])
+    rng = np.random.default_rng(0)
+    stands = {
+        key: np.where(inside, getattr(pose, key)[first] + sd * rng.normal(size=len(at_s)), getattr(pose, key))
+        for key, sd in (("x_m", NOISE[0]), ("y_m", NOISE[0]), ("yaw_rad", NOISE[1]))
+    }
+    return replace(log, pose=replace(pose, **stands))
+
+
+@pytest.fixture(scope="module")
+def rolled():
+    """Calibrated on a log on which the robot rolls."""
+    return calibrate_wheel_speeds([drive({}, noise=NOISE, seed=4)], ROBOT).model
+
+
+@pytest.fixture(scope="module")
+def log():
+    return drive({}, noise=NOISE, seed=3)
+
+
+def test_wheels_that_spin_are_a_slip_in_their_time(rolled, log):
+    found = analyse_wheel_speeds([spinning(log)], rolled)
+    (slip,) = found.effects
+    assert (found.verdict, slip.name) == ("named", "slip_interval")
+    start, end, loss = (slip.parameters[key] for key in ("start_s", "end_s", "loss"))
+    assert start.value == pytest.approx(SPINS_S[0], abs=0.5)
+    assert end.value == pytest.approx(SPINS_S[1], abs=0.5)
+    assert 0.6 < loss.value < 1 - 1 / 8
+    assert 0 <= loss.ci95[0] < loss.value < loss.ci95[1] <= 1
+    assert start.ci95[1] - start.ci95[0] < 1.5
+    assert slip.p_value < 1e-6
+
+
+def test_a_robot_that_rolls_has_none(rolled, log):
+    assert analyse_wheel_speeds([log], rolled).effects == ()
+
+
+def test_without_a_calibration_it_is_a_contact_mode(log):
+    found = analyse_wheel_speeds([spinning(log)])
+    assert (found.verdict, found.effects) == ("nothing_missing", ())
+
+
+def test_a_robot_that_slipped_on_its_calibration_log_slips(log):
+    slipped = calibrate_wheel_speeds([spinning(drive({}, noise=NOISE, seed=4))], ROBOT).model
+    assert 0.6 < slipped.misfit["slip_interval"] < 0.9
+    found = analyse_wheel_speeds([spinning(log)], slipped)
+    assert (found.verdict, found.effects) == ("nothing_missing", ())
+
+
+def test_a_pose_that_stands_and_catches_up_is_no_slip(rolled, log):
+    assert not any(
+        one.name == "slip_interval"
+        for one in analyse_wheel_speeds([held_by_its_tracker(log)], rolled).effects
+    )
+
+
+def test_slips_in_one_place_are_a_patch_there(rolled, log):
+    """The second one follows before the robot has left."""
+    twice = spinning(spinning(log, span_s=(25.0, 26.6)), span_s=(27.0, 28.6))
+    (patch,) = analyse_wheel_speeds([twice], rolled).effects
+    at_s = (log.pose.t_ns - STARTED_NS) / NS_PER_S
+    inside = (at_s > 25.5) & (at_s < 28.0)
+    assert patch.name == "low_grip_patch"
+    size = {key: one.value for key, one in patch.parameters.items()}
+    away_m = np.hypot(log.pose.x_m[inside] - size["x_m"], log.pose.y_m[inside] - size["y_m"])
+    assert away_m.max() < size["radius_m"] + 0.3
