@@ -303,11 +303,7 @@ def eliminated(search: Search) -> tuple[Fit, tuple[Named, ...]]:
         failing = [
             (gains[name], name)
             for name in names
-            if name not in PLACES
-            and (
-                p_of(name) > problem.settings.gates.level
-                or gains[name] < price(problem, len(parameters_of(name)))
-            )
+            if is_needless(problem, current, name, gains[name], p_of(name))
         ]
         if not failing:
             break
@@ -324,6 +320,14 @@ def eliminated(search: Search) -> tuple[Fit, tuple[Named, ...]]:
         for name in names
     ]
     return current, tuple(kept)
+
+
+def is_needless(problem: Problem, current: Fit, name: str, gain: float, p: float) -> bool:
+    """Whether the others explain an effect, or with them a loss of traction is too small to be one."""
+    own = problem.settings.gates
+    if name in PLACES:
+        return current.values[name]["loss"] < own.least_loss
+    return p > own.level or gain < price(problem, len(parameters_of(name)))
 
 
 def nearly_as_good(scores: tuple[Score, ...], name: str, near: float) -> list[Score]:

@@ -10,6 +10,8 @@ from wmr_replay.gap.wheel_speed.base import Base
 from wmr_replay.gap.wheel_speed.between_logs import (
     CENTRE_SD,
     SCRUB_SD,
+    TURNING_SD,
+    of_scrubbing,
     sd_of_another_log,
     sides_apart_m,
     variance_between,
@@ -100,3 +102,10 @@ def test_a_log_that_hardly_turns_does_not_doubt_a_calibrated_track(turned_rad, d
     assert not hardly_turns(
         SimpleNamespace(measured=measured, settings=settings, base_sd={}), "effective_track"
     )
+
+
+def test_a_robot_that_scrubs_slips_ahead_in_turns_otherwise_on_another_drive():
+    wide, narrow = fit_of(1.2, 0.01, "effective_track"), fit_of(0.0, 0.01, "effective_track")
+    assert of_scrubbing(ROBOT, wide)["turning_slip"] == pytest.approx(1.2 * TURNING_SD)
+    assert of_scrubbing(ROBOT, wide)["pose_lever_arm"] == pytest.approx(sides_apart_m(ROBOT, wide))
+    assert set(of_scrubbing(ROBOT, narrow).values()) == {0.0}

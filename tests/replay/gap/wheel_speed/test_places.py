@@ -1,5 +1,7 @@
 """Losses of traction in a time or a place: what is found, and what only looks like one."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from tests.replay.made_up_wheels import ROBOT, drive
@@ -11,12 +13,13 @@ from wmr_replay.gap.wheel_speed.evidence import matters
 from wmr_replay.gap.wheel_speed.held_out import averaged, pose_noise
 from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.places import Rates, discs, inside_of, intervals, slopes
-from wmr_replay.gap.wheel_speed.select import base_fit, fitted_with
+from wmr_replay.gap.wheel_speed.select import base_fit, fitted_with, is_needless
 from wmr_replay.gap.wheel_speed.windows import gaps_of, windows_of
 
 RTK, NOISY = (0.01, 0.005), (0.05, 0.02)
 OPTIONS = GapOptions()
 INTERVAL = {"start_s": 22.0, "end_s": 29.0, "loss": 0.4}
+PLACE = {"x_m": 1.0, "y_m": 2.0, "radius_m": 0.8}
 
 
 def problem(log):
@@ -62,6 +65,14 @@ def test_a_growing_loss_is_not_steady():
     rates.measured[:, inside] = np.linspace(1.0, 0.1, int(inside.sum())) * rates.predicted[:, inside]
 
     assert not rates.steady(inside, 0.45, own)
+
+
+@pytest.mark.parametrize(("loss", "needless"), [(0.08, True), (0.4, False)])
+def test_a_loss_that_others_leave_little_of_is_needless(loss, needless):
+    """Beside what was found after it, however surely it is not 0: uneven ground takes as much."""
+    settings = SimpleNamespace(settings=OPTIONS.gates.wheel_speed)
+    current = SimpleNamespace(values={"low_grip_patch": {**PLACE, "loss": loss}})
+    assert is_needless(settings, current, "low_grip_patch", 1e4, 0.0) is needless
 
 
 def test_slopes_reach_across_blocks():
