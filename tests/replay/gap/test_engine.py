@@ -191,6 +191,32 @@ def test_the_bases_of_a_state_are_made_once(engine, tmp_path, monkeypatch, calib
     assert len(made) == 2
 
 
+def test_a_robot_may_record_its_wheels_alone(engine):
+    """The same drive; the base of wheel speeds, from one calibration log, and the names that it has."""
+    logs, case = engine("logs"), engine("case").Case("courier", "wander", "mocap", "", 3, 10.0)
+    torques, wheels = (logs.logged(replace(case, robot=name)) for name in ("courier", "courier-wheels"))
+    assert np.array_equal(torques.motion.left_radps, wheels.motion.left_radps)
+    assert (torques.log.wheels, wheels.log.torque) == (None, None)
+    assert len(wheels.log.wheels) == len(torques.log.torque)
+    assert len(logs.calibration_cases(wheels_case := replace(case, robot="courier-wheels"))) == 1
+    assert logs.calibration_cases(wheels_case)[0].robot == "courier-wheels"
+    effects = [*engine("split").accepted("courier-wheels")]
+    assert "track" in effects
+    assert "payload" not in effects
+    assert not any(engine("split").makes_both("courier-wheels", one) for one in effects)
+
+
+def test_with_wheel_speeds_the_skid_steered_robot_is_left_out(engine, monkeypatch):
+    monkeypatch.syspath_prepend(str(BENCH))
+    campaign = importlib.import_module("gap_mujoco")
+    options = dict.fromkeys(("robot", "family", "noise", "first_seed"))
+    report = engine("split").part("report")
+    cases = campaign.cases(
+        SimpleNamespace(**options, split="report", kind="all", effect="all", n=40, wheel_speeds=True)
+    )
+    assert {case.robot for case in cases} == {f"{name}-wheels" for name in report.robots if name != "rover"}
+
+
 def test_a_run_of_the_engine_may_be_stopped_anywhere(engine, monkeypatch):
     monkeypatch.syspath_prepend(str(BENCH))
     campaign = importlib.import_module("gap_mujoco")

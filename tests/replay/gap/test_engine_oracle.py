@@ -33,7 +33,7 @@ def driven(engine):
     return one
 
 
-@pytest.mark.parametrize("robot", ["courier", "rover"])
+@pytest.mark.parametrize("robot", ["courier", "courier-wheels", "rover"])
 def test_nothing_hidden_has_no_trace_and_may_be_refused(engine, driven, robot):
     word = engine("oracle").judged(*driven(robot, ""))
     assert word.own == pytest.approx(0.0, abs=1e-3)
@@ -65,8 +65,9 @@ def test_a_limit_that_is_never_reached_may_be_refused(engine, driven):
     assert word.may_refuse == (reached <= found.hidden.sizes["limit_nm"])
 
 
-def test_wheels_of_another_size_are_what_the_speeds_leave(engine, driven):
-    case, found = driven("rover", "wheel_size")
+@pytest.mark.parametrize("robot", ["courier-wheels", "rover"])
+def test_wheels_of_another_size_are_what_the_speeds_leave(engine, driven, robot):
+    case, found = driven(robot, "wheel_size")
     trace = engine("oracle").by_wheels(case, found).acceleration
     ratio, moving = found.hidden.sizes["ratio"], np.abs(found.motion.v_long_mps) > 0.3
     share = np.median(trace[0][moving] / found.motion.v_long_mps[moving])

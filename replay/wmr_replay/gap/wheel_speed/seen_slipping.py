@@ -35,17 +35,15 @@ class Slip(NamedTuple):
     loss_sd: float = 0.0
 
 
-def with_seen_slipping(selection: Selection) -> Selection:
-    """The selection with the loss of traction that the rates show, beside what lasts; the same without one,
-    and where the robot is not calibrated, slipped on its calibration logs, or a loss is found already.
+def with_loss(selection: Selection, slips: list[Slip], whole: Problem) -> Selection:
+    """The selection with the loss of traction of the likeliest of ``slips`` and those near it, on the
+    ``whole`` record; the same of none.
 
     The loss stands as it is: steps of a fit would follow how it grows and fades.
     """
-    slips = seen_slips(selection)
     if not slips:
         return selection
-    whole, fit = selection.problem.with_slip, selection.fit
-    first = max(slips, key=lambda slip: slip.gain)
+    fit, first = selection.fit, max(slips, key=lambda slip: slip.gain)
     there = [one for one in slips if is_near(whole, one, first)]
     name, place = as_effect(whole, there)
     size, gain, p = parameters_of(name), sum(one.gain for one in there), p_of(there, len(slips))
@@ -66,8 +64,8 @@ def known_to_a_bin(fit: Fit, whole: Problem, slips: list[Slip]) -> Fit:
     bin, a place to the way in a bin, the loss as it differs from bin to bin.
     """
     inside = np.any([slip.inside for slip in slips], axis=0)
-    path = whole.bins.mean(whole.record.pose[:2])[:, inside]
-    step_m = float(np.hypot(*np.diff(path)).max(initial=LEAST_WAY_M))
+    way_m = np.hypot(*np.diff(whole.bins.mean(whole.record.pose[:2])))
+    step_m = float(way_m[inside[1:] & inside[:-1]].max(initial=LEAST_WAY_M))
     sds = {"s": whole.bins.step_s, "m": step_m, "1": max(slips, key=lambda slip: slip.gain).loss_sd}
     covariance = fit.spread
     for k, one in enumerate(fit.parameters):
@@ -78,11 +76,20 @@ def known_to_a_bin(fit: Fit, whole: Problem, slips: list[Slip]) -> Fit:
 
 
 def seen_slips(selection: Selection) -> list[Slip]:
-    """The slips that are a finding."""
+    """The slips that are a finding; none where the robot is not calibrated, slipped on its calibration logs,
+    or a loss is found already.
+    """
     problem, fit = selection.problem, selection.fit
     if not problem.rolled or any(one.name in PLACES for one in selection.found):
         return []
     return [one for one in slips_of(problem, fit) if is_found(problem, fit, one)]
+
+
+def apart_from(selection: Selection, slips: list[Slip]) -> Selection:
+    """The selection on the record without its moments of slip for good, where there are ``slips``: a term of
+    the speeds, which are those of wheels that spin, is not to explain them.
+    """
+    return replace(selection, problem=replace(selection.problem, whole=None)) if slips else selection
 
 
 def p_of(slips: list[Slip], n_seen: int) -> float:

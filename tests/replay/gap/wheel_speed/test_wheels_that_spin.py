@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 from tests.replay.made_up_wheels import LEAD_S, ROBOT, drive
 
-from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds
+from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds, problem_of
+from wmr_replay.gap.wheel_speed.base import base_of
 from wmr_replay.gap.wheel_speed.calibrate import calibrate_wheel_speeds
+from wmr_replay.gap.wheel_speed.modes import ideal_only
+from wmr_replay.gap.wheel_speed.seen_slipping import apart_from, seen_slips
+from wmr_replay.gap.wheel_speed.select import select
 from wmr_schemas.arrays import NS_PER_S
 
 NOISE = (0.002, 0.003)
@@ -96,3 +101,14 @@ def test_slips_in_one_place_are_a_patch_there(rolled, log):
     size = {key: one.value for key, one in patch.parameters.items()}
     away_m = np.hypot(log.pose.x_m[inside] - size["x_m"], log.pose.y_m[inside] - size["y_m"])
     assert away_m.max() < size["radius_m"] + 0.3
+
+
+def test_beside_a_slip_terms_are_looked_for_without_the_moments_of_slip(rolled, log):
+    """Those would explain it: they are made of the speeds of the wheels that spin."""
+    problem = ideal_only(problem_of([spinning(log)], base_of(ROBOT, rolled), GapOptions(), "wheel_speed"), {})
+    begun = select(problem, 0)
+    slips = seen_slips(begun)
+    assert len(slips) == 1
+    assert begun.problem.whole is not None
+    assert apart_from(begun, slips).problem.whole is None
+    assert apart_from(begun, []) is begun
