@@ -59,8 +59,9 @@ class Problem:
     """Predictions by bin; those of one record share them."""
     base_sd: Values = field(default_factory=dict)
     """Standard deviations of the base model's effects, where a calibration says them."""
-    rolled: bool = False
-    """Whether the base model is calibrated on logs on which the robot rolled."""
+    may_slip: bool = False
+    """Whether slipping is a finding: modes are identified, on the ground of one world, and the robot rolled
+    on its calibration logs."""
 
     @property
     def with_slip(self) -> "Problem":

@@ -43,8 +43,7 @@ def with_loss(selection: Selection, slips: list[Slip], whole: Problem) -> Select
     """
     if not slips:
         return selection
-    fit, first = selection.fit, max(slips, key=lambda slip: slip.gain)
-    there = [one for one in slips if is_near(whole, one, first)]
+    fit, there = selection.fit, [one for one in slips if is_near(whole, one, slips[0])]
     name, place = as_effect(whole, there)
     size, gain, p = parameters_of(name), sum(one.gain for one in there), p_of(there, len(slips))
     loose = at(whole, (*fit.parameters, *size), {**fit.values, name: place}, fit.noises)
@@ -66,7 +65,7 @@ def known_to_a_bin(fit: Fit, whole: Problem, slips: list[Slip]) -> Fit:
     inside = np.any([slip.inside for slip in slips], axis=0)
     way_m = np.hypot(*np.diff(whole.bins.mean(whole.record.pose[:2])))
     step_m = float(way_m[inside[1:] & inside[:-1]].max(initial=LEAST_WAY_M))
-    sds = {"s": whole.bins.step_s, "m": step_m, "1": max(slips, key=lambda slip: slip.gain).loss_sd}
+    sds = {"s": whole.bins.step_s, "m": step_m, "1": slips[0].loss_sd}
     covariance = fit.spread
     for k, one in enumerate(fit.parameters):
         if one.effect in PLACES:
@@ -76,13 +75,14 @@ def known_to_a_bin(fit: Fit, whole: Problem, slips: list[Slip]) -> Fit:
 
 
 def seen_slips(selection: Selection) -> list[Slip]:
-    """The slips that are a finding; none where the robot is not calibrated, slipped on its calibration logs,
-    or a loss is found already.
+    """The slips that are a finding, the likeliest first; none where the robot is not calibrated, slipped on
+    its calibration logs, or a loss is found already.
     """
     problem, fit = selection.problem, selection.fit
-    if not problem.rolled or any(one.name in PLACES for one in selection.found):
+    if not problem.may_slip or any(one.name in PLACES for one in selection.found):
         return []
-    return [one for one in slips_of(problem, fit) if is_found(problem, fit, one)]
+    found = [one for one in slips_of(problem, fit) if is_found(problem, fit, one)]
+    return sorted(found, key=lambda slip: -slip.gain)
 
 
 def apart_from(selection: Selection, slips: list[Slip]) -> Selection:
@@ -144,8 +144,8 @@ def stays_behind(problem: Problem, fit: Fit, slip: Slip) -> bool:
 
 
 def as_effect(whole: Problem, slips: list[Slip]) -> tuple[str, Start]:
-    """A slip as a loss in its time; several as one in the disc about them, with the loss of the likeliest."""
-    loss = max(slips, key=lambda slip: slip.gain).loss
+    """A slip as a loss in its time; several as one in the disc about them, with the loss of the first."""
+    loss = slips[0].loss
     if len(slips) > 1:
         x_m, y_m, radius_m = disc_of(whole, np.any([slip.inside for slip in slips], axis=0))
         return PATCH, {"x_m": x_m, "y_m": y_m, "radius_m": radius_m, "loss": loss}

@@ -77,6 +77,11 @@ def test_without_a_calibration_it_is_a_contact_mode(log):
     assert (found.verdict, found.effects) == ("nothing_missing", ())
 
 
+def test_where_no_modes_are_identified_none_is(rolled, log):
+    found = analyse_wheel_speeds([spinning(log)], rolled, GapOptions(modes="ideal"))
+    assert not any(effect.name == "slip_interval" and effect.p_value < 1e-6 for effect in found.effects)
+
+
 def test_a_robot_that_slipped_on_its_calibration_log_slips(log):
     slipped = calibrate_wheel_speeds([spinning(drive({}, noise=NOISE, seed=4))], ROBOT).model
     assert 0.6 < slipped.misfit["slip_interval"] < 0.9
