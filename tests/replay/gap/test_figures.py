@@ -51,6 +51,7 @@ def engine_row(seed, effect, outcome, **more):
     return row | SILENT | judged | more
 
 
+NAMES = {"payload": ["payload"], "gear": ["drive_gain"], "slick_patch": ["low_friction_patch"]}
 AGAIN = NAMED | {"effects": said("slope")}
 ENGINE = [
     engine_row(300000, "payload", "right", **NAMED, effects=said("payload"), second=SILENT),
@@ -114,8 +115,7 @@ def test_every_failure_of_the_worlds_is_listed_and_no_other_log(bench):
 
 
 def test_the_engine_counts_what_the_oracle_lets_refuse_beside_what_is_right(bench):
-    names = {"payload": ["payload"], "gear": ["drive_gain"], "slick_patch": ["low_friction_patch"]}
-    found = bench_engine(bench).blocks(ENGINE, lambda robot: names)
+    found = bench_engine(bench).blocks(ENGINE, names_of)
     assert "(2 of 7;" in line_of(found["engine_report"], "one effect hidden: an accepted name")
     assert "(4 of 7;" in line_of(found["engine_report"], "– or as the oracle: refused or ambiguous")
     assert "(3 of 6;" in line_of(found["engine_report"], "– logs that tell alone")
@@ -123,6 +123,16 @@ def test_the_engine_counts_what_the_oracle_lets_refuse_beside_what_is_right(benc
     assert "50.0 % (1 of 2;" in line_of(found["engine_second"], "porter")
     assert "`slope`" in line_of(found["engine_second"], "300001")
     assert "40, 3 crossings" in line_of(found["engine_failures"], "300003")
+
+
+def test_a_report_by_wheel_speeds_has_blocks_of_its_own(bench):
+    by_torques = bench_engine(bench).blocks(ENGINE, names_of)
+    by_wheels = bench_engine(bench).blocks(ENGINE, names_of, "wheels")
+    assert {name.replace("engine_", "wheels_"): text for name, text in by_torques.items()} == by_wheels
+
+
+def names_of(_robot):
+    return NAMES
 
 
 def bench_engine(bench):
@@ -186,7 +196,12 @@ def test_the_page_has_a_place_for_every_block_and_each_keeps_its_end(bench, tmp_
     page.write_text(before)
     arguments = [f"--page={page}"]
     nothing = [formula_row(700005, "")]
-    for name, rows in (("worlds", WORLDS), ("engine", ENGINE), ("formulas", [*FORMULAS, *nothing])):
+    for name, rows in (
+        ("worlds", WORLDS),
+        ("engine", ENGINE),
+        ("wheels", ENGINE),
+        ("formulas", [*FORMULAS, *nothing]),
+    ):
         path = tmp_path / f"{name}.jsonl"
         path.write_text("".join(json.dumps(row) + "\n" for row in rows))
         arguments += [f"--{name}", str(path)]

@@ -135,12 +135,11 @@ def estimate(problem: Problem, which: Parameter, value: float, half: float) -> E
     clipped to the record.
     """
     declared = DECLARED[which.effect].parameters[which.key]
-    if declared.role == "size":
-        least, most = declared.domain.value[0], declared.domain.value[2]
-        return Estimate(value, (max(value - half, least), min(value + half, most)), declared.unit)
-    edge = 2 * (EDGE_SD_S if which.key.endswith("_s") else EDGE_SD_M)
-    half = min(float(np.hypot(half, edge)), span_of(problem, which.key))
-    return Estimate(value, (value - half, value + half), declared.unit)
+    if declared.role != "size":
+        edge = 2 * (EDGE_SD_S if which.key.endswith("_s") else EDGE_SD_M)
+        half = min(float(np.hypot(half, edge)), span_of(problem, which.key))
+    least, _, most, _ = declared.domain.value
+    return Estimate(value, (max(value - half, least), min(value + half, most)), declared.unit)
 
 
 def span_of(problem: Problem, key: str) -> float:

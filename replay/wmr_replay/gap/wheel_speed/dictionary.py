@@ -195,11 +195,14 @@ def beyond_calibration(one: Proposal) -> bool:
 
 
 def share_of_motion(one: Proposal) -> float:
-    """Root mean square of what a term adds, over that of the speed; in yaw, of the yaw rate."""
+    """Root mean square of what a term adds, over that of the speed; in yaw, of the yaw rate. Both without the
+    moments of slip, in which speeds are those of wheels that spin.
+    """
     own, added = speeds_of(one.problem, one.before.values), speeds_of(one.problem, one.after.values)
     lesser = {name: value for name, value in one.after.values.items() if name != one.name}
     change = added - speeds_of(one.problem, lesser)
-    rms = np.sqrt((np.stack([change, own]) ** 2).mean(axis=2))
+    rolling = one.problem.bins.block_of >= 0
+    rms = np.sqrt((np.stack([change, own])[..., rolling] ** 2).mean(axis=2))
     if one.name.split(":")[1] == "yaw_rate":
         return float(rms[0, 2] / max(rms[1, 2], 1e-9))
     return float(np.hypot(rms[0, 0], rms[0, 1]) / max(rms[1, 0], 1e-9))

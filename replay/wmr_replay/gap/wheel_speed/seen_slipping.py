@@ -15,7 +15,7 @@ from scipy.special import chdtrc
 from wmr_replay.gap.wheel_speed.candidates import PATCH, PLACES, SLIP, parameters_of
 from wmr_replay.gap.wheel_speed.estimate import Fit, at, inverse
 from wmr_replay.gap.wheel_speed.places import AHEAD_YAW, LOSSES, Rates, Start
-from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
+from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter, Problem
 from wmr_replay.gap.wheel_speed.select import Named, Selection, Tried, price
 from wmr_replay.gap.wheel_speed.usual_slip import beside, runs
 from wmr_schemas.arrays import Bool
@@ -126,9 +126,11 @@ def is_found(problem: Problem, fit: Fit, slip: Slip) -> bool:
 
 
 def lost_share(rates: Rates, inside: Bool) -> float:
-    """The loss of the bins ``inside`` (n,) by least squares, ahead and in yaw: 1 − Σ m·p/sd² / Σ p²/sd²."""
+    """The loss of the bins ``inside`` (n,) by least squares, ahead and in yaw, within its bounds:
+    1 − Σ m·p/sd² / Σ p²/sd².
+    """
     m, p, sd = (part[AHEAD_YAW][:, inside] for part in (rates.measured, rates.predicted, rates.sd))
-    return float(np.clip(1 - np.sum(m * p / sd**2) / np.sum(p**2 / sd**2), 0.0, 1.0))
+    return float(np.clip(1 - np.sum(m * p / sd**2) / np.sum(p**2 / sd**2), *Parameter(SLIP, "loss").bounds))
 
 
 def stays_behind(problem: Problem, fit: Fit, slip: Slip) -> bool:
@@ -148,6 +150,7 @@ def as_effect(whole: Problem, slips: list[Slip]) -> tuple[str, Start]:
     loss = slips[0].loss
     if len(slips) > 1:
         x_m, y_m, radius_m = disc_of(whole, np.any([slip.inside for slip in slips], axis=0))
+        radius_m = max(radius_m, Parameter(PATCH, "radius_m").bounds[0])
         return PATCH, {"x_m": x_m, "y_m": y_m, "radius_m": radius_m, "loss": loss}
     t_s, half_s = whole.bins.t_s[slips[0].inside], whole.bins.step_s / 2
     return SLIP, {"start_s": float(t_s[0] - half_s), "end_s": float(t_s[-1] + half_s), "loss": loss}

@@ -1,6 +1,7 @@
 """Wheels that spin are a finding of a calibrated robot that rolled on its calibration log."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,9 +12,10 @@ from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds, problem_of
 from wmr_replay.gap.wheel_speed.base import base_of
 from wmr_replay.gap.wheel_speed.calibrate import calibrate_wheel_speeds
 from wmr_replay.gap.wheel_speed.modes import ideal_only
-from wmr_replay.gap.wheel_speed.seen_slipping import apart_from, seen_slips
+from wmr_replay.gap.wheel_speed.seen_slipping import apart_from, lost_share, seen_slips
 from wmr_replay.gap.wheel_speed.select import select
 from wmr_schemas.arrays import NS_PER_S
+from wmr_schemas.effects.declaration import Domain
 
 NOISE = (0.002, 0.003)
 SPINS_S = (25.0, 27.0)
@@ -106,6 +108,14 @@ def test_slips_in_one_place_are_a_patch_there(rolled, log):
     size = {key: one.value for key, one in patch.parameters.items()}
     away_m = np.hypot(log.pose.x_m[inside] - size["x_m"], log.pose.y_m[inside] - size["y_m"])
     assert away_m.max() < size["radius_m"] + 0.3
+
+
+def test_a_robot_that_rolls_back_while_its_wheels_drive_on_loses_no_more_than_a_model_file_holds():
+    measured, predicted, sd = (np.full((3, 4), value) for value in (-0.2, 3.0, 0.05))
+    rates = SimpleNamespace(measured=measured, predicted=predicted, sd=sd)
+    assert Domain.SHARE.holds(lost_share(rates, np.ones(4, bool)))
+    rates.measured = 0.25 * predicted
+    assert lost_share(rates, np.ones(4, bool)) == pytest.approx(0.75)
 
 
 def test_beside_a_slip_terms_are_looked_for_without_the_moments_of_slip(rolled, log):
