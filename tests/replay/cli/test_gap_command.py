@@ -458,3 +458,15 @@ def test_a_base_is_a_model_or_a_log(run, log, tmp_path):
     code, _, err = run("gap", log, "--base-log", log, "--model", model)
     assert code == 2
     assert "not both" in err
+
+
+@pytest.mark.parametrize(("files", "said"), [((), "a model file"), (("b", "a"), "a.model.toml or ")])
+def test_a_folder_for_a_model_is_refused_with_the_models_in_it(run, log, tmp_path, files, said):
+    folder = tmp_path / "models"
+    folder.mkdir()
+    for name in files:
+        (folder / f"{name}.model.toml").touch()
+    code, _, err = run("gap", log, "--model", "models")
+    assert code == 2
+    assert "models is a directory; give" in " ".join(err.split())
+    assert said in " ".join(err.split())

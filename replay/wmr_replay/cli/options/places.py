@@ -43,5 +43,19 @@ class LocalFolder(click.Path):
         return super().convert(value, param, ctx)
 
 
+class ModelFile(click.Path):
+    """A model file; a directory, such as ``fit --out`` fills, is refused with the models in it."""
+
+    def convert(
+        self, value: "str | os.PathLike[str]", param: click.Parameter | None, ctx: click.Context | None
+    ) -> Any:
+        """The text as a path; a directory is a usage error."""
+        if Path(value).is_dir():
+            models = sorted(map(str, Path(value).glob("*.model.toml")))
+            self.fail(f"{value} is a directory; give {' or '.join(models) or 'a model file'}", param, ctx)
+        return super().convert(value, param, ctx)
+
+
 LOG = LogPlace()
+MODEL_FILE = ModelFile(exists=True, dir_okay=False, path_type=Path)
 FOLDER = LocalFolder(file_okay=False, path_type=Path)

@@ -1,11 +1,12 @@
 """Options of the differentiator and the identifier, shared by the commands that replay logs."""
 
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 from click.core import ParameterSource
+
+from wmr_replay.cli.options.places import MODEL_FILE
 
 if TYPE_CHECKING:
     from wmr_replay.api.request import SettingsArguments
@@ -94,7 +95,6 @@ NAMES = (
 )
 SHAPE = ("degree", "kappa", "mu", "theta")
 """Settings that choose a kernel."""
-MODEL_FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 
 def settings_options(command: F) -> F:
