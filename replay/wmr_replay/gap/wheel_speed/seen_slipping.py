@@ -120,9 +120,9 @@ def slips_of(problem: Problem, fit: Fit) -> list[Slip]:
 
 def is_found(problem: Problem, fit: Fit, slip: Slip) -> bool:
     """Whether most of the motion is lost for good, without a doubt."""
-    own = problem.settings.gates
-    sure = slip.gain >= own.least_seen_gain and slip.loss >= own.least_seen_loss
-    return sure and stays_behind(problem, fit, slip)
+    own, wider = problem.settings.gates, problem.base.get("effective_track", {}).get("ratio", 0.0)
+    least = own.least_seen_gain if wider < own.least_scrubbing else own.least_seen_gain_scrubbing
+    return slip.gain >= least and slip.loss >= own.least_seen_loss and stays_behind(problem, fit, slip)
 
 
 def lost_share(rates: Rates, inside: Bool) -> float:

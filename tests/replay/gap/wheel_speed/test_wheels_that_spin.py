@@ -8,11 +8,12 @@ import pytest
 from tests.replay.made_up_wheels import LEAD_S, ROBOT, drive
 
 from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.wheel_speed import seen_slipping
 from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds, problem_of
 from wmr_replay.gap.wheel_speed.base import base_of
 from wmr_replay.gap.wheel_speed.calibrate import calibrate_wheel_speeds
 from wmr_replay.gap.wheel_speed.modes import ideal_only
-from wmr_replay.gap.wheel_speed.seen_slipping import apart_from, lost_share, seen_slips
+from wmr_replay.gap.wheel_speed.seen_slipping import Slip, apart_from, is_found, lost_share, seen_slips
 from wmr_replay.gap.wheel_speed.select import select
 from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.effects.declaration import Domain
@@ -116,6 +117,14 @@ def test_a_robot_that_rolls_back_while_its_wheels_drive_on_loses_no_more_than_a_
     assert Domain.SHARE.holds(lost_share(rates, np.ones(4, bool)))
     rates.measured = 0.25 * predicted
     assert lost_share(rates, np.ones(4, bool)) == pytest.approx(0.75)
+
+
+@pytest.mark.parametrize(("wider", "gain", "found"), [(0.1, 61, True), (0.3, 149, False), (0.3, 151, True)])
+def test_the_wheels_of_a_robot_that_scrubs_must_spin_more(monkeypatch, wider, gain, found):
+    monkeypatch.setattr(seen_slipping, "stays_behind", lambda *_: True)
+    settings = GapOptions().gates.wheel_speed
+    problem = SimpleNamespace(settings=settings, base={"effective_track": {"ratio": wider}})
+    assert is_found(problem, None, Slip(np.ones(1, bool), gain, 0.7)) is found
 
 
 def test_beside_a_slip_terms_are_looked_for_without_the_moments_of_slip(rolled, log):
