@@ -232,8 +232,8 @@ class GateSettingsWheelSpeed:
     with nothing hidden no slip lasts two bins."""
 
     least_seen_gain_scrubbing: float = 150.0
-    """The same of a robot that scrubs, whose wheels spin in hard turns on any ground. Judgement: on 90 logs of
-    MuJoCo's skid-steered robot with nothing hidden slips of any loss have up to 123."""
+    """The same of a robot that scrubs, whose wheels spin in hard turns on any ground. Judgement: on 90 logs
+    of MuJoCo's skid-steered robot with nothing hidden slips of any loss have up to 123."""
 
     least_scrubbing: float = 0.2
     """Share by which scrubbing widens the track of such a robot. Judgement: tyres of two wheels that give do
