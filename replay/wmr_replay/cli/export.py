@@ -5,10 +5,11 @@ from pathlib import Path
 import click
 
 from wmr_replay.cli.help import GroupedCommand
+from wmr_replay.cli.options.places import MODEL_FILE
 
 
 @click.command("export", cls=GroupedCommand)
-@click.argument("model", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("model", type=MODEL_FILE)
 @click.option(
     "--to",
     type=click.Choice(["ros2-diff-drive", "mjcf"]),

@@ -135,7 +135,7 @@ def metric_fact(name: str, held: HeldOut, unit: str, windows: int) -> tuple[str,
     value = before if held.after == held.before else f"{before} → {after}"
     low, high = held.reduction_ci95
     less = (
-        f"reduced by {100 * low:.0f} to {100 * high:.0f} %; "
+        f"reduced by {100 * low:z.0f} to {100 * high:z.0f} %; "
         if low is not None and high is not None and held.after != held.before
         else ""
     )

@@ -183,7 +183,7 @@ def held_out_cells(held: "HeldOut", shown_unit: str) -> list[str]:
     cells = ["–" if size is None else f"{figure(1e3 * size, 3)} {shown_unit}" for size in sizes]
     low, high = held.reduction_ci95
     same = held.before is None or held.after is None or held.before == held.after
-    reduced = "–" if same or low is None or high is None else f"{100 * low:.0f} … {100 * high:.0f} %"
+    reduced = "–" if same or low is None or high is None else f"{100 * low:z.0f} … {100 * high:z.0f} %"
     return [*cells, reduced, "–" if same else p_in_words(held.p_value)]
 
 

@@ -32,7 +32,7 @@ class Slip(NamedTuple):
     inside: Bool
     gain: float
     loss: float
-    loss_sd: float = 0.0
+    loss_sd: float
 
 
 def with_loss(selection: Selection, slips: list[Slip], whole: Problem) -> Selection:
@@ -134,15 +134,18 @@ def lost_share(rates: Rates, inside: Bool) -> float:
 
 
 def stays_behind(problem: Problem, fit: Fit, slip: Slip) -> bool:
-    """Whether the robot is still behind its wheels, ahead, after a slip: where a tracker held the pose, it
-    catches up.
+    """Whether the robot is still behind its wheels after a slip, ahead or in yaw, of which the rims roll the
+    longer way: where a tracker held the pose, it catches up.
     """
-    whole, rows = problem.with_slip, np.flatnonzero(beside(slip.inside))
+    whole, rows = problem.with_slip, np.flatnonzero(beside(slip.inside))[[0, -1]]
+    rims_m = np.array([1.0, whole.chassis.half_track_m])
     rolled, moved = (
-        way[0, rows[-1]] - way[0, rows[0]] for way in (whole.predicted(fit.values), whole.measured)
+        rims_m * np.diff(way[AHEAD_YAW][:, rows])[:, 0]
+        for way in (whole.predicted(fit.values), whole.measured)
     )
-    behind = abs(rolled) - np.sign(rolled) * moved
-    return bool(behind > problem.settings.gates.least_staying_behind * slip.loss * abs(rolled))
+    longer = int(np.abs(rolled).argmax())
+    behind = abs(rolled[longer]) - np.sign(rolled[longer]) * moved[longer]
+    return bool(behind > problem.settings.gates.least_staying_behind * slip.loss * abs(rolled[longer]))
 
 
 def as_effect(whole: Problem, slips: list[Slip]) -> tuple[str, Start]:

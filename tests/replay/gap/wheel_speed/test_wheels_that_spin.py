@@ -12,8 +12,16 @@ from wmr_replay.gap.wheel_speed import seen_slipping
 from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds, problem_of
 from wmr_replay.gap.wheel_speed.base import base_of
 from wmr_replay.gap.wheel_speed.calibrate import calibrate_wheel_speeds
+from wmr_replay.gap.wheel_speed.drive import Chassis
 from wmr_replay.gap.wheel_speed.modes import ideal_only
-from wmr_replay.gap.wheel_speed.seen_slipping import Slip, apart_from, is_found, lost_share, seen_slips
+from wmr_replay.gap.wheel_speed.seen_slipping import (
+    Slip,
+    apart_from,
+    is_found,
+    lost_share,
+    seen_slips,
+    stays_behind,
+)
 from wmr_replay.gap.wheel_speed.select import select
 from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.effects.declaration import Domain
@@ -81,8 +89,11 @@ def test_without_a_calibration_it_is_a_contact_mode(log):
 
 
 def test_where_no_modes_are_identified_none_is(rolled, log):
-    found = analyse_wheel_speeds([spinning(log)], rolled, GapOptions(modes="ideal"))
-    assert not any(effect.name == "slip_interval" and effect.p_value < 1e-6 for effect in found.effects)
+    for modes, may_slip in (("identified", True), ("ideal", False)):
+        options = GapOptions(modes=modes)
+        problem = problem_of([spinning(log)], base_of(ROBOT, rolled), options, "wheel_speed")
+        assert problem.may_slip is may_slip
+        assert bool(seen_slips(select(problem, 0))) is may_slip
 
 
 def test_a_robot_that_slipped_on_its_calibration_log_slips(log):
@@ -124,7 +135,20 @@ def test_the_wheels_of_a_robot_that_scrubs_must_spin_more(monkeypatch, wider, ga
     monkeypatch.setattr(seen_slipping, "stays_behind", lambda *_: True)
     settings = GapOptions().gates.wheel_speed
     problem = SimpleNamespace(settings=settings, base={"effective_track": {"ratio": wider}})
-    assert is_found(problem, None, Slip(np.ones(1, bool), gain, 0.7)) is found
+    assert is_found(problem, None, Slip(np.ones(1, bool), gain, 0.7, 0.1)) is found
+
+
+@pytest.mark.parametrize(
+    ("channel", "share", "stays"), [(0, 0.2, True), (2, 0.2, True), (0, 1.0, False), (2, 1.0, False)]
+)
+def test_a_robot_stays_behind_ahead_or_where_it_turns_on_the_spot(channel, share, stays):
+    """Wheels that roll 6 m or rad in 10 bins, of which the robot makes a share by the end."""
+    way = np.zeros((3, 20))
+    way[channel] = np.clip(np.arange(20.0) - 5, 0, 10) * 0.6
+    whole = SimpleNamespace(chassis=Chassis(0.1, 0.25), predicted=lambda _: way, measured=share * way)
+    problem = SimpleNamespace(with_slip=whole, settings=GapOptions().gates.wheel_speed)
+    slip = Slip((np.arange(20) > 4) & (np.arange(20) < 15), 100.0, 0.8, 0.1)
+    assert stays_behind(problem, SimpleNamespace(values={}), slip) is stays
 
 
 def test_beside_a_slip_terms_are_looked_for_without_the_moments_of_slip(rolled, log):
