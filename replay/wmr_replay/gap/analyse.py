@@ -11,7 +11,7 @@ from wmr_replay.gap.estimation.swing_disturbance import with_known_swings, with_
 from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.formula.one_way import held_back
 from wmr_replay.gap.formula.search import with_formula
-from wmr_replay.gap.model.base import BaseModel, base_of
+from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log, lasts_long
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.work import Work, begin_work, n_bins
@@ -151,7 +151,7 @@ def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = Non
     begin_work(log.pose, np.inf)
     found = calibrate_on_log(log, options)
     robot = found.model.robot
-    lines, note = with_likelier_torques(replace(log, robot=robot), Extension(base_of(robot)), options)
+    lines, note = with_likelier_torques(replace(log, robot=robot), found.holding, options)
     if note:
         found = calibrate_on_log(replace(log, torque=lines.torque), options)
     model, problem, fit, _ = with_rests(found, replace(options, gates=found.problem.settings))

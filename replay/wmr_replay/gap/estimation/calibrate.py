@@ -11,6 +11,7 @@ from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, gauss_newton
+from wmr_replay.gap.estimation.sticking import Sticking, rough_sticking
 from wmr_replay.gap.estimation.swing_disturbance import with_swings
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
@@ -19,11 +20,13 @@ from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.errors import InvalidSignal
-from wmr_schemas.model_file import Model
+from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, ModeTrack
 
+PARAMETERS = ("payload", "yaw_inertia", "cornering_stiffness")
+"""Effects that stand for parameters of the robot."""
 START_ALPHA = {"payload": {"mass_ratio": 0.0}, "yaw_inertia": {"ratio": 0.0}}
 """α and α_yaw are fitted as a payload and a yaw inertia, from none of either."""
 
@@ -37,6 +40,11 @@ class Calibration(NamedTuple):
     problem: Problem
     fit: Fit
     start: RobotParameters
+
+    @property
+    def holding(self) -> Extension:
+        """The calibrated model and what it holds, with nothing to be fitted."""
+        return held_by(self.model.robot, self.fit.extension)
 
 
 def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = None) -> Model:
@@ -52,27 +60,61 @@ def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = Non
 
 def calibrate_on_log(log: Log, options: GapOptions) -> Calibration:
     """See :func:`calibrate`; the log carries the robot."""
-    settings = options.gates
-    robot = with_rough_alpha(log, settings)
+    robot = with_rough_alpha(log, options.gates)
+    rolling = in_rounds(log, robot, Extension(base_of(robot), {}, robot.wheel_radius_m or 1.0), options)
+    start = rough_sticking(rolling.problem.binned, rolling.model.robot, options.gates.sticking)
+    if start is None or not sticks(start, rolling):
+        return rolling
+    return in_rounds(log, start.robot, start.holding, options)
+
+
+def in_rounds(log: Log, robot: RobotParameters, holding: Extension, options: GapOptions) -> Calibration:
+    """The modes identified and the parameters fitted in turns, with the effects that ``holding`` has."""
     noise, start = None, robot
-    for _ in range(settings.calibration.rounds):
-        track = modes_for(log, robot, options)
+    for _ in range(options.gates.calibration.rounds):
+        track = modes_for(log, robot, holding, options)
         problem = Problem.of(bin_log(log, options.gates, track)).all_fitted()
-        unfitted = to_calibrate(problem, robot)
+        unfitted = beside(to_calibrate(problem, robot), holding)
         options = replace(options, gates=with_swings(problem, unfitted))
         problem = problem.under(options.gates)
         noise, fit = fit_parameters(problem, unfitted, noise)
         start = robot
         robot, sd = calibrated(start, problem, fit)
-    model = Model(robot=robot, robot_sd=sd, noise=noise_model(problem.binned, fit.noise))
+        holding = held_by(robot, fit.extension)
+    held = fit.extension.with_forms(tuple(Effect(name, dict(size)) for name, size in holding.known))
+    known = noise_model(problem.binned, fit.noise)
+    model = Model(robot=robot, robot_sd=sd, noise=known, effects=held)
     return Calibration(model, problem, fit, start)
 
 
-def modes_for(log: Log, robot: RobotParameters, options: GapOptions) -> ModeTrack | None:
+def beside(unfitted: Extension, holding: Extension) -> Extension:
+    """What is to be fitted, with the effects that ``holding`` has: these are fitted, too."""
+    return replace(unfitted, effects={**unfitted.effects, **dict(holding.known)}).as_in(holding)
+
+
+def held_by(robot: RobotParameters, fitted: Extension) -> Extension:
+    """A calibrated robot with what was fitted beside its parameters."""
+    held = tuple((name, size) for name, size in fitted.effects.items() if name not in PARAMETERS)
+    return Extension(base_of(robot), {}, robot.wheel_radius_m or 1.0, held).as_in(fitted)
+
+
+def sticks(start: Sticking, rolling: Calibration) -> bool:
+    """Whether friction that holds the robot in yaw makes the log surely likelier than none, with which α_yaw
+    was found far too small. Friction that only brakes its turns is a rest like others.
+    """
+    problem, own = rolling.problem, rolling.problem.settings.sticking
+    unfitted = beside(to_calibrate(problem, start.robot), start.holding)
+    _, fit = fit_parameters(problem, unfitted, None)
+    robot, _ = calibrated(start.robot, problem, fit)
+    before, after = rolling.model.robot.alpha_yaw or 0.0, robot.alpha_yaw or 0.0
+    return bool(rolling.fit.deviance - fit.deviance > own.least_gain and before < own.most_share * after)
+
+
+def modes_for(log: Log, robot: RobotParameters, holding: Extension, options: GapOptions) -> ModeTrack | None:
     """The modes that the options ask for; None for ideal rolling throughout."""
     if options.modes == "identified":
-        log = replace(log, robot=robot)
-        return likely_modes(log, Extension(base_of(robot)), options.gates, nothing_missing=True)
+        log, model = replace(log, robot=robot), replace(holding, base=base_of(robot))
+        return likely_modes(log, model, options.gates, nothing_missing=True)
     return log.mode if options.modes == "given" else None
 
 

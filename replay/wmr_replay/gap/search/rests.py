@@ -5,7 +5,7 @@ channel in their own form, so that nothing else makes up for them. What a calibr
 as it is; a finding is what another log shows beyond it.
 """
 
-from collections.abc import Set
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +19,7 @@ from wmr_replay.gap.estimation.calibrate import (
 from wmr_replay.gap.estimation.diffusion import noise_model
 from wmr_replay.gap.estimation.refit import gauss_newton
 from wmr_replay.gap.model.base import base_of
-from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.model.extension import Extension, Parameters
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import (
     IN_PARAMETERS,
@@ -45,13 +45,14 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     on the inertia. Unchanged where the log shows an effect that does not always act, or one of its place.
     """
     model, problem = calibration.model, calibration.problem
-    extension = Extension(base_of(model.robot), {}, model.robot.wheel_radius_m or 1.0)
+    extension = calibration.holding
     rolling = replace(problem, binned=replace(problem.binned, names_skid=False))
     most = replace(options, max_effects=problem.settings.misfit.most_rests)
     selection = forward_selection(rolling, extension, most, terms=True)
-    effects = selection.fit.extension.effects
-    if not effects or not all(may_be_held(name) for name in effects):
+    found = selection.fit.extension.effects
+    if not found or not all(may_be_held(name) for name in found):
         return calibration
+    effects = joined(extension.known, found)
     rests = {name: dict(size) for name, size in effects.items() if name not in IN_PARAMETERS}
     noise, robot = selection.fit.noise, model.robot
     for _ in range(problem.settings.calibration.rounds):
@@ -66,6 +67,15 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     known = noise_model(problem.binned, beside.noise)
     model = replace(model, robot=changed, robot_sd=sd, noise=known, effects=held)
     return calibration._replace(model=model, fit=beside, start=robot)
+
+
+def joined(known: Iterable[tuple[str, Parameters]], found: Mapping[str, Parameters]) -> dict[str, Parameters]:
+    """What was held already and what was found beyond it; the sizes of one name add up."""
+    sizes = dict(known)
+    for name, size in found.items():
+        before = sizes.get(name, {})
+        sizes[name] = {key: value + before.get(key, 0.0) for key, value in size.items()}
+    return sizes
 
 
 def leaving_more(selection: Selection, noise: NoiseModel, own: MisfitSettings) -> frozenset[TermChannel]:

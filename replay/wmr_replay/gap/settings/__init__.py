@@ -24,6 +24,7 @@ from wmr_replay.gap.settings.filter import (
     FormSettings,
     RefitSettings,
     SideslipSettings,
+    StickingSettings,
     SwingSettings,
 )
 from wmr_replay.gap.settings.formula import FormulaSettings
@@ -62,6 +63,7 @@ class GateSettings:
     forms: FormSettings = field(default_factory=FormSettings)
     budget: BudgetSettings = field(default_factory=BudgetSettings)
     calibration: CalibrationSettings = field(default_factory=CalibrationSettings)
+    sticking: StickingSettings = field(default_factory=StickingSettings)
     sideslip: SideslipSettings = field(default_factory=SideslipSettings)
     scan: ScanSettings = field(default_factory=ScanSettings)
     misfit: MisfitSettings = field(default_factory=MisfitSettings)

@@ -239,6 +239,36 @@ class FormSettings:
 
 
 @dataclass(frozen=True)
+class StickingSettings:
+    """Dry friction in yaw that holds a robot while its torques try to turn it."""
+
+    window_s: float = 0.2
+    """Windows over which changes of the yaw rate are held against torques, s. Judgement: a turn is set in
+    within some of them."""
+
+    turning_mps: float = 0.03
+    """Speed of a wheel about the robot's middle from which on it turns, m/s. Physics: a dry contact creeps by
+    mm/s; noise of 5 mrad a pose makes a tenth of it in a window."""
+
+    least_windows: int = 30
+    """Least windows in which it does. Statistics: ten for each of the three that are fitted."""
+
+    least_mps2: float = 0.03
+    """Least friction that is tried, m/s². Judgement: a third of what turns a robot briskly in .3 s."""
+
+    sign_change_mps: float = 0.0003
+    """Speed over which it changes its sign, m/s. Physics: what holds does not move; MuJoCo's contacts creep
+    by a tenth of a mm/s."""
+
+    least_gain: float = 50.0
+    """Least gain in deviance over the calibration without it. Judgement: three parameters more cost 25."""
+
+    most_share: float = 0.7
+    """Largest share of the α_yaw beside it that is found without it. Judgement: where torques are held back
+    a tenth to a third, where wheels have friction nine tenths."""
+
+
+@dataclass(frozen=True)
 class SideslipSettings:
     """The elastic sideslip of tyres that grip."""
 
