@@ -9,7 +9,7 @@ from itertools import combinations, cycle, islice
 
 import numpy as np
 
-from wmr_schemas.effects import BEYOND, effects_of
+from wmr_schemas.effects import BEYOND, named_of
 from wmr_synth import Disturbance, Sensors, SimulatedLog, synthesise
 from wmr_synth.driving.patrol import drawn_robot
 from wmr_synth.hidden import DEFAULT_DISTURBANCE
@@ -20,7 +20,7 @@ NOISES = tuple(NOISE_LEVELS)
 STRONG = Disturbance(0.1, 1.0)
 WRONG_MODES = 0.02
 DURATION_S = 90.0
-EFFECTS = effects_of("torque")
+EFFECTS = named_of("torque")
 SINGLES = tuple((name,) for name in EFFECTS)
 BEYONDS = tuple((name,) for name in BEYOND)
 NOTHING: tuple[tuple[str, ...], ...] = ((),)

@@ -17,6 +17,7 @@ from wmr_schemas.effects import (
     built_in,
     catalogue,
     effects_of,
+    named_of,
     own,
 )
 from wmr_schemas.effects.declaration import Domain
@@ -52,6 +53,8 @@ DOCUMENTED = {
     "undeclared_skid": ("stiffness_ratio",),
     "yaw_drift": ("rate_radps",),
 }
+HELD = {"swivel_friction": ("s0_mps2",)}
+"""Effects that a base model may hold, and that no analysis names."""
 WHEEL_SPEED = {
     "wheel_scale": ("ratio",),
     "wheel_scale_difference": ("ratio",),
@@ -110,13 +113,14 @@ QUANTITIES = {"wheel_radius", "wheel_inertia", "torque_constant", "half_track", 
 
 
 def test_the_catalogue_is_the_documented_one() -> None:
-    assert {name: tuple(form.parameters) for name, form in EFFECTS.items()} == DOCUMENTED | WHEEL_SPEED
+    assert {name: tuple(form.parameters) for name, form in EFFECTS.items()} == DOCUMENTED | WHEEL_SPEED | HELD
 
 
 def test_each_base_model_has_its_effects() -> None:
-    assert list(effects_of("torque")) == list(DOCUMENTED)
+    assert list(effects_of("torque")) == [*DOCUMENTED, *HELD]
+    assert list(named_of("torque")) == list(DOCUMENTED)
     assert set(effects_of("wheel_speed")) == set(WHEEL_SPEED) | ON_BOTH
-    assert {effect.name for effect in built_in("torque")} == set(DOCUMENTED)
+    assert {effect.name for effect in built_in("torque")} == {*DOCUMENTED, *HELD}
     assert {effect.name for effect in BUILT_IN if effect.needs_commands} == COMMANDED
 
 
@@ -149,7 +153,7 @@ def test_each_parameters_unit_is_the_one_in_its_name() -> None:
 def test_numbers_are_given_once_and_their_order_is_that_of_the_table() -> None:
     numbers = [effect.number for effect in (EFFECTS | BEYOND).values()]
     assert sorted(numbers) == list(range(len(numbers)))
-    assert list(EFFECTS) == [*DOCUMENTED, *WHEEL_SPEED]
+    assert list(EFFECTS) == [*DOCUMENTED, *WHEEL_SPEED, *HELD]
 
 
 def test_what_is_confounded_or_separable_is_an_effect_or_a_known_quantity() -> None:

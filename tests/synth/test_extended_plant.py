@@ -113,6 +113,21 @@ def test_viscous_drag_and_yaw_damping_decay_exponentially():
     assert motion.yaw_rate_radps == pytest.approx(0.8 * np.exp(-0.7 * t_s), rel=1e-9)
 
 
+def test_swivels_keep_the_curvature_until_a_torque_overcomes_their_friction():
+    """Of (v, l·yaw_rate) = (1, 0), a torque of less than s₀ turns nothing, one of more what it has beyond."""
+    swivels = effect("swivel_friction", s0_mps2=0.2)
+    below, above = 0.1 / (2 * ALPHA_YAW), 0.5 / (2 * ALPHA_YAW)
+    held = moved(swivels, left=constant(-below), right=constant(below), start=(1.0, 0.0), duration_s=0.2)
+    assert abs(held.yaw_rate_radps[-1]) < 0.2 * 0.1 * 0.2 / L
+    turned = moved(swivels, left=constant(-above), right=constant(above), start=(1.0, 0.0), duration_s=0.2)
+    assert turned.yaw_rate_radps[-1] == pytest.approx(0.3 * 0.2 / L, rel=0.1)
+
+
+def test_swivels_do_not_brake_a_turn_on_the_spot():
+    spinning = moved(effect("swivel_friction", s0_mps2=0.2), start=(0.0, 1.0), duration_s=1.0)
+    assert spinning.yaw_rate_radps[-1] == pytest.approx(1.0, abs=1e-9)
+
+
 def test_scrub_stops_turning_at_a_constant_rate():
     motion = moved(effect("scrub_torque", d0_mps2=0.05), start=(0.0, 1.0), duration_s=3.0)
     assert motion.yaw_rate_radps[200] == pytest.approx(1.0 - 0.05 / L * 2.0, abs=1e-3)

@@ -42,6 +42,7 @@ class Theta(IntEnum):
     YAW_DRIFT = 23
     FRICTION_SPEED = 24
     HELD_SIDEWAYS = 25
+    SWIVEL = 26
 
 
 N_THETA = len(Theta)
@@ -54,6 +55,7 @@ PLACES: dict[tuple[str, str], Theta] = {
     ("aerodynamic_drag", "c2_per_m"): Theta.DRAG,
     ("scrub_torque", "d0_mps2"): Theta.SCRUB,
     ("yaw_damping", "d1_per_s"): Theta.YAW_DAMPING,
+    ("swivel_friction", "s0_mps2"): Theta.SWIVEL,
     ("wheel_coulomb", "torque_nm"): Theta.WHEEL_COULOMB,
     ("wheel_viscous", "nm_per_radps"): Theta.WHEEL_VISCOUS,
     ("slope", "grade_x_mps2"): Theta.GRADE_X,

@@ -3,7 +3,7 @@
 from wmr_replay.excite.question import Question
 from wmr_replay.gap.model.candidates import LOCAL, candidate_of
 from wmr_replay.gap.model.confounds import confound_class, separate_with
-from wmr_schemas.effects import UNNAMED_PREFIX, catalogue, effects_of
+from wmr_schemas.effects import UNNAMED_PREFIX, catalogue, named_of
 from wmr_schemas.errors import InvalidSetting
 
 REMEDIES = {
@@ -92,12 +92,12 @@ def check_quantity(name: str) -> None:
             f"{name} and {same[0]} are the same in any motion, so that no drive separates them: "
             f"{other_means((name,))}"
         )
-    raise InvalidSetting(f"no effect {name!r}; known are {', '.join(effects_of('torque'))}")
+    raise InvalidSetting(f"no effect {name!r}; known are {', '.join(named_of('torque'))}")
 
 
 def drivable() -> tuple[str, ...]:
     """Every effect of the library for which drives can be designed."""
-    return tuple(name for name in effects_of("torque") if not undrivable(name, ()))
+    return tuple(name for name in named_of("torque") if not undrivable(name, ()))
 
 
 def is_same(a: str, b: str, question: Question) -> bool:

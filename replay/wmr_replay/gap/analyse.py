@@ -7,7 +7,7 @@ import numpy as np
 from wmr_replay.gap.estimation.calibrate import calibrate_on_log
 from wmr_replay.gap.estimation.joined_torques import with_likelier_torques
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.swing_disturbance import with_known_swings, with_swings_in
+from wmr_replay.gap.estimation.swing_disturbance import calm_share, with_known_swings
 from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.formula.one_way import held_back
 from wmr_replay.gap.formula.search import with_formula
@@ -155,7 +155,8 @@ def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = Non
     if note:
         found = calibrate_on_log(replace(log, torque=lines.torque), options)
     model, problem, fit, _ = with_rests(found, replace(options, gates=found.problem.settings))
-    ratios = excitation_ratios(problem, fit.extension, with_swings_in(problem, fit))
+    ahead, turning = excitation_ratios(problem, fit.extension, fit.noise)
+    seen = np.sqrt(calm_share(problem, fit.extension))
     own = problem.settings.misfit
-    misfit = with_parameters(misfit_of(problem, fit), model, ratios, own)
+    misfit = with_parameters(misfit_of(problem, fit), model, (seen * ahead, seen * turning), own)
     return replace(model, misfit=misfit | slipping_left(problem, fit))

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.effects.motion import sign, wheel_losses, with_body_effects
-from wmr_replay.effects.theta import N_THETA
+from wmr_replay.effects.swivels import by_swivels
+from wmr_replay.effects.theta import N_THETA, Theta
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
 from wmr_schemas.terms import CHANNELS, FACTORS
@@ -96,8 +97,8 @@ def extra_accelerations(
     skids.
 
     The effects on the body as in :func:`~wmr_replay.effects.motion.with_body_effects`; torques τ_i lost at
-    the wheels, of ground speeds v ± l ω, as −α (τ_R + τ_L) ahead and −α_yaw (τ_R − τ_L) on l·dω/dt; and the
-    products.
+    the wheels, of ground speeds v ± l ω, as −α (τ_R + τ_L) ahead and −α_yaw (τ_R − τ_L) on l·dω/dt; the
+    friction of swivels; and the products.
     """
     l, v_long, w = terms.half_track_m, at.v_long, terms.half_track_m * at.yaw_rate
     ahead, turning = with_body_effects(
@@ -107,6 +108,9 @@ def extra_accelerations(
     ahead -= alpha * (lost_right + lost_left)
     turning -= alpha_yaw * (lost_right - lost_left)
     aside = 0.0
+    if terms.theta[Theta.SWIVEL] != 0.0:
+        free = ahead + alpha * at.force, turning + alpha_yaw * at.turn
+        turning += by_swivels(free, v_long, w, terms.theta)
     if len(terms.products) > 0:
         ahead, aside, turning = with_products((ahead, aside, turning), at, terms.products)
     return ahead, aside, (turning / l if l > 0.0 else 0.0)

@@ -146,6 +146,7 @@ REASONS = {
     "com_offset": "move the base body's inertial by the offset",
     "yaw_damping": "joints brake both motions; the medium's viscosity comes near",
     "scrub_torque": "torsional friction of the tyres' contacts (condim 4) comes near",
+    "swivel_friction": "set frictionloss of the joints in which the casters swivel",
     "low_friction_patch": "a place: put a geom with less friction there",
     "load_step": "a time: change body_mass while the simulation runs",
     "slip_interval": "a time: change friction while the simulation runs",

@@ -51,6 +51,7 @@ __all__ = [
     "catalogue",
     "declared",
     "effects_of",
+    "named_of",
     "own_effects",
 ]
 
@@ -88,6 +89,11 @@ WITHHOLDING = ("torque_deadzone", "torque_saturation")
 def effects_of(base: BaseModel) -> dict[str, EffectDeclaration]:
     """The built-in effects of a base model by name, in the order of their numbers."""
     return {name: effect for name, effect in EFFECTS.items() if base in effect.models}
+
+
+def named_of(base: BaseModel) -> dict[str, EffectDeclaration]:
+    """Those of :func:`effects_of` that an analysis may name."""
+    return {name: effect for name, effect in effects_of(base).items() if not effect.held_only}
 
 
 def catalogue() -> Mapping[str, EffectDeclaration]:

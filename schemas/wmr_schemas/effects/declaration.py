@@ -167,6 +167,10 @@ class EffectDeclaration:
     """A size of the first parameter that matters in practice: a log that would not show it cannot say that
     nothing is missing.
     """
+    held_only: bool = False
+    """A calibrated base model may hold the effect, and no analysis names it: on each drive it is another rest
+    of what the robot always has.
+    """
     zero_is_absent: bool = True
     """Whether the effect is absent where its size is 0, so that the size can be tested against 0."""
     needs_excitation: bool = True

@@ -73,4 +73,15 @@ EFFECTS = (
         separable=(Separable(("wheel_viscous",), Manoeuvre.TURNING),),
         relevant=0.6,
     ),
+    EffectDeclaration(
+        "swivel_friction",
+        "yaw",
+        "−s0·(v/V)·sgn(v·dw/dt − w·dv/dt) on dw/dt, w = l·yaw_rate, V² = v² + w²",
+        {"s0_mps2": _resisting("m/s²")},
+        acts_on="acceleration",
+        number=45,
+        ranges={"s0_mps2": Range(0.05, 0.15)},
+        relevant=0.15,
+        held_only=True,
+    ),
 )

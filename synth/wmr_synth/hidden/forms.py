@@ -11,6 +11,8 @@ SOFT_SIGN_MPS = 0.02
 """Plain friction changes its sign over this speed, as tanh(v/.02)."""
 SHARP_SIGN_MPS = 0.005
 """Hidden friction changes its sign over this speed, as v/√(v² + .005²)."""
+CASTER_MPS, PLAIN_CASTER_MPS, CASTER_MPS2 = 0.02, 0.05, 0.002
+"""Least speeds at which casters have a direction, and least change of it that they oppose in full."""
 STRIBECK_EXCESS, STRIBECK_MPS = 0.25, 0.15
 DRAG_EXPONENT = 1.9
 SATURATION_SHARPNESS = 6.0
@@ -26,6 +28,24 @@ def sign(speed: float, plain: bool) -> float:
     if plain:
         return math.tanh(speed / SOFT_SIGN_MPS)
     return speed / math.sqrt(speed**2 + SHARP_SIGN_MPS**2)
+
+
+@compiled
+def swivel(s0: float, moving: tuple[float, float], freely: tuple[float, float], plain: bool) -> float:
+    """What casters take of the acceleration in yaw: (v, turn) moves in a direction, which it would turn by
+    q = |(v, turn)| d(direction)/dt; they keep it up to Q = s₀ cos², s₀ cos q/√(q² + Q²); plain with fourth
+    powers and roots, in a speed of at least .05 m/s.
+    """
+    speed = math.sqrt(moving[0] ** 2 + moving[1] ** 2 + PLAIN_CASTER_MPS**2)
+    if not plain:
+        speed = math.hypot(moving[0], moving[1])
+        if speed < CASTER_MPS:
+            return 0.0
+    cos, sin = moving[0] / speed, moving[1] / speed
+    q, most = cos * freely[1] - sin * freely[0], s0 * cos * cos + CASTER_MPS2
+    if plain:
+        return s0 * cos * q / math.sqrt(math.sqrt(q * q * q * q + most * most * most * most))
+    return s0 * cos * q / math.sqrt(q * q + most * most)
 
 
 @compiled

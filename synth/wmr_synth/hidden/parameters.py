@@ -31,6 +31,7 @@ class Hidden(NamedTuple):
     drag_per_m: float = 0.0
     scrub_mps2: float = 0.0
     damping_per_s: float = 0.0
+    swivel_mps2: float = 0.0
     wheel_coulomb_nm: float = 0.0
     wheel_viscous_nm_per_mps: float = 0.0
     grade_x_mps2: float = 0.0
@@ -101,6 +102,7 @@ CHANGES: dict[str, Change] = {
     "viscous_drag": lambda h, p, _: h._replace(viscous_per_s=p["c1_per_s"]),
     "aerodynamic_drag": lambda h, p, _: h._replace(drag_per_m=p["c2_per_m"]),
     "scrub_torque": lambda h, p, _: h._replace(scrub_mps2=p["d0_mps2"]),
+    "swivel_friction": lambda h, p, _: h._replace(swivel_mps2=p["s0_mps2"]),
     "yaw_damping": lambda h, p, _: h._replace(damping_per_s=p["d1_per_s"]),
     "wheel_coulomb": lambda h, p, _: h._replace(wheel_coulomb_nm=p["torque_nm"]),
     "wheel_viscous": wheel_viscous,

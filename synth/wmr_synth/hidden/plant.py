@@ -155,6 +155,9 @@ def derivative(mode: int, t: float, state: F64, held: Held, c: Coefficients, h: 
     else:
         out[V_LONG] = v_lat * turn / (3.0 * l) + drive + ahead
         out[TURN] = twist + around
+    if h.swivel_mps2 != 0.0 and mode not in (ContactMode.SKIDDING, ContactMode.SKIDDING_SLIPPING):
+        free = out[V_LONG] - held[2], out[TURN] - held[4]
+        out[TURN] -= forms.swivel(h.swivel_mps2, (v, turn), free, h.plain)
 
 
 @compiled

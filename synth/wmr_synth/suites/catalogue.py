@@ -2,7 +2,7 @@
 
 import difflib
 
-from wmr_schemas.effects import BEYOND, effects_of
+from wmr_schemas.effects import BEYOND, effects_of, named_of
 from wmr_schemas.errors import InvalidSetting
 from wmr_synth.sensors import NOISE_LEVELS
 from wmr_synth.suites.damage import DAMAGES
@@ -50,7 +50,7 @@ def dropouts() -> tuple[LogSpec, ...]:
 def hidden_effects() -> tuple[LogSpec, ...]:
     """The patrol with each effect hidden in turn, with two, and with none; one drive too gentle to tell."""
     parameters = {"duration_s": 120.0, "noise": "rtk", "mode_topic": False}
-    hidden = {f"hidden-{name.replace('_', '-')}": [name] for name in effects_of("torque") | BEYOND}
+    hidden = {f"hidden-{name.replace('_', '-')}": [name] for name in named_of("torque") | BEYOND}
     hidden |= {"hidden-payload-and-slope": ["payload", "slope"], "hidden-nothing": []}
     logs = tuple(LogSpec(name, "patrol", 1, parameters | {"hide": hide}) for name, hide in hidden.items())
     return (*logs, LogSpec("hidden-nothing-cruise", "cruise", 1, parameters))

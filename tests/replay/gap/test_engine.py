@@ -413,3 +413,19 @@ def test_an_arm_of_the_centre_of_mass_is_as_long_as_the_engine_has_it(engine):
     held = {effect.name: effect.parameters for effect in calibrate(ahead.log, ahead.log.robot).effects}
     assert arm_m == pytest.approx(0.041, abs=0.001)
     assert held["com_offset"]["offset_m"] == pytest.approx(arm_m, rel=0.05)
+
+
+@pytest.mark.parametrize("name", ["lugger", "chair"])
+def test_alpha_yaw_is_the_engines_where_casters_turn_hard(engine, name):
+    """By the engine's inertias: l²/(r (I + 2 J l²/r²)). Without their friction it is a third too small."""
+    case = engine("case").Case(name, "stop-go", "mocap", "", 5_000_001)
+    ahead = engine("logs").driven_through(case)
+    compiled = engine("robot").spec_of(name).compile()
+    at_rest, inertia = mujoco.MjData(compiled), np.zeros((compiled.nv, compiled.nv))
+    mujoco.mj_forward(compiled, at_rest)
+    mujoco.mj_fullM(compiled, at_rest, inertia)
+    wheel = compiled.joint("left").dofadr[0]
+    l_m, r_m = ahead.robot.half_track_m, ahead.robot.data_sheet.wheel_radius_m
+    turned = inertia[5, 5] + 2 * inertia[wheel, wheel] * (l_m / r_m) ** 2
+    found = calibrate(ahead.log, ahead.log.robot)
+    assert found.robot.alpha_yaw == pytest.approx(l_m**2 / (r_m * turned), rel=0.07)

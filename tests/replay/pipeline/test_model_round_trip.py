@@ -48,6 +48,7 @@ SIZES = {
     "slip_interval": {"start_s": 8.0, "end_s": 14.0, "loss": 0.5},
     "undeclared_skid": {"stiffness_ratio": 0.7},
     "yaw_drift": {"rate_radps": 0.01},
+    "swivel_friction": {"s0_mps2": 0.1},
 }
 LEFT = {"undeclared_skid": 0.5, "cornering_stiffness": 0.4}
 """Share of the gap that may be left where it is more than a tenth: the onset of skids is smoothed."""

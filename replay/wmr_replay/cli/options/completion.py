@@ -59,9 +59,9 @@ def complete_metric(_ctx: click.Context, _param: click.Parameter, given: str) ->
 
 def complete_effects(ctx: click.Context, param: click.Parameter, given: str) -> list[CompletionItem]:
     """Names of effects that torques show, between commas."""
-    from wmr_schemas.effects import effects_of
+    from wmr_schemas.effects import named_of
 
-    return list_of(effects_of("torque"))(ctx, param, given)
+    return list_of(named_of("torque"))(ctx, param, given)
 
 
 complete_scenario = files_or(SCENARIOS)

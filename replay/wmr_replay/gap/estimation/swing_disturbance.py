@@ -9,10 +9,11 @@ in yaw. They belong to the robot: a log that is analysed has those of its base m
 
 from dataclasses import replace
 
+import numpy as np
+
 from wmr_replay.gap.estimation.diffusion import fit_diffusion
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.process_noise import Diffusion
-from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.model.caster_swings import swings
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.model_file import NoiseModel
@@ -33,13 +34,13 @@ def with_swings(problem: Problem, extension: Extension) -> GateSettings:
     return replace(settings, diffusion=settings.diffusion.with_swings(noise.swings_mps2_rthz))
 
 
-def with_swings_in(problem: Problem, fit: Fit) -> Diffusion:
-    """The diffusion of a fit with one level for the whole log, swings and all: what its torques answer."""
-    settings = problem.settings
-    if not any(settings.diffusion.swings):
-        return fit.noise
-    one_level = problem.under(replace(settings, diffusion=settings.diffusion.with_swings((0.0, 0.0))))
-    return fit_diffusion(one_level, fit.extension, iterations=settings.budget.base_diffusion)
+def calm_share(problem: Problem, extension: Extension) -> float:
+    """Share of the log in which no caster swings, 1 where none adds to the disturbance: in a fit swings weigh
+    nothing, neither what the torques ask for meanwhile nor what answers them.
+    """
+    if not any(problem.settings.diffusion.swings):
+        return 1.0
+    return 1.0 - float(np.mean(swings(problem.binned, extension.base.half_track_m)))
 
 
 def with_known_swings(settings: GateSettings, noise: NoiseModel) -> GateSettings:

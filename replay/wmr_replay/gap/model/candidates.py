@@ -10,6 +10,7 @@ from wmr_schemas.effects import (
     built_in,
     catalogue,
     declared,
+    named_of,
     own_effects,
 )
 from wmr_schemas.modes import ContactMode
@@ -60,8 +61,10 @@ class Candidate:
         return self.declaration.search.grid
 
 
-LIBRARY = tuple(Candidate(declaration) for declaration in built_in("torque"))
-BY_NAME = {candidate.name: candidate for candidate in LIBRARY}
+EVERY = tuple(Candidate(declaration) for declaration in built_in("torque"))
+"""What a base model may hold, and what an analysis may name."""
+LIBRARY = tuple(candidate for candidate in EVERY if candidate.name in named_of("torque"))
+BY_NAME = {candidate.name: candidate for candidate in EVERY}
 SKID = "undeclared_skid"
 """An effect only where the modes are given as facts: an identifier calls it skidding."""
 LOCAL = tuple(e.name for e in built_in("torque") if e.taken_for == ContactMode.SLIPPING)

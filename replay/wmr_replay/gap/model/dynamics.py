@@ -22,6 +22,7 @@ from wmr_replay.effects.motion import (
     with_body_slopes,
 )
 from wmr_replay.effects.response import Weights, response, with_stiffness
+from wmr_replay.effects.swivels import by_swivels, slopes_by_swivels
 from wmr_replay.effects.theta import Theta
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import inlined, lean
@@ -31,6 +32,7 @@ N_STATE = 9
 X, Y, YAW, V, W, V_LAT, D_LONG, D_LAT, D_YAW = range(N_STATE)
 N_MOTION = 6
 """The states that a simulation starts from; the disturbances behind them are a filter's."""
+UNDISTURBED = (0.0, 0.0)
 LEAST_SPEED_MPS = 0.3
 """Floor of v̄ in assumption 4, as in the simulator: at standstill the decay rate would be infinite."""
 DIFFERENCE = 1e-6
@@ -146,21 +148,33 @@ def loaded_arm(row: F64, theta: F64, base: Base) -> float:
     return float(base.com_yaw_per_m * (1.0 + theta[Theta.LOAD_STEP] * row[Row.LOAD]))
 
 
+@lean
+def rolling(
+    z: F64, pushed: tuple[float, float], gains: tuple[float, float], row: F64, theta: F64, base: Base
+) -> tuple[float, float]:
+    """(dv_long/dt, dw/dt) in m/s² of a row without a skid, under the disturbances ``pushed``, and without the
+    friction of swivels.
+    """
+    v, w, yaw_rate, (ahead, turning) = z[V], z[W], z[W] / base.half_track_m, gains
+    lost_right, lost_left = wheel_losses(v + w, v - w, theta)
+    u_right, u_left = row[Row.RIGHT] - lost_right, row[Row.LEFT] - lost_left
+    dv = ahead * (u_right + u_left) + pushed[0] + theta[Theta.EXTRA_LONG] * row[Row.EXTRA_LONG]
+    dw = turning * (u_right - u_left) + pushed[1] + theta[Theta.EXTRA_YAW] * row[Row.EXTRA_YAW]
+    dv += row[Row.LONG_BY_V] * v + row[Row.LONG_BY_W] * w
+    dw += row[Row.YAW_BY_V] * v + row[Row.YAW_BY_W] * w
+    return with_body_effects((dv, dw), v, (w, yaw_rate), z[YAW], loaded_arm(row, theta, base), theta)
+
+
 @inlined
 def accelerations(
     z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base
 ) -> tuple[float, float]:
     """(dv_long/dt, dw/dt) in m/s², at the state ``z``; ``gains`` are the responses to the efforts."""
-    v, w, yaw_rate, (ahead, turning) = z[V], z[W], z[W] / base.half_track_m, gains
-    lost_right, lost_left = wheel_losses(v + w, v - w, theta)
-    u_right, u_left = row[Row.RIGHT] - lost_right, row[Row.LEFT] - lost_left
-    dv = ahead * (u_right + u_left) + z[D_LONG] + theta[Theta.EXTRA_LONG] * row[Row.EXTRA_LONG]
-    dw = turning * (u_right - u_left) + z[D_YAW] + theta[Theta.EXTRA_YAW] * row[Row.EXTRA_YAW]
-    dv += row[Row.LONG_BY_V] * v + row[Row.LONG_BY_W] * w
-    dw += row[Row.YAW_BY_V] * v + row[Row.YAW_BY_W] * w
-    dv, dw = with_body_effects((dv, dw), v, (w, yaw_rate), z[YAW], loaded_arm(row, theta, base), theta)
+    dv, dw = rolling(z, (z[D_LONG], z[D_YAW]), gains, row, theta, base)
     if skids(row[Row.MODE], theta):
-        dv += z[V_LAT] * yaw_rate / 3.0
+        dv += z[V_LAT] * (z[W] / base.half_track_m) / 3.0
+    elif theta[Theta.SWIVEL] != 0.0:
+        dw += by_swivels(rolling(z, UNDISTURBED, gains, row, theta, base), z[V], z[W], theta)
     return dv, dw
 
 
@@ -206,6 +220,10 @@ def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta:
     w_yaw = turning_arm(arm, theta) * turned
     if skids(row[Row.MODE], theta):
         v_w, v_lateral = v_w + z[V_LAT] / l / 3.0, w / l / 3.0
+    elif theta[Theta.SWIVEL] != 0.0:
+        free, slopes = rolling(z, UNDISTURBED, gains, row, theta, base), (v_v, v_w, v_yaw, w_v, w_w, w_yaw)
+        by_v, by_w, by_yaw = slopes_by_swivels(free, slopes, v, w, theta)
+        w_v, w_w, w_yaw = w_v + by_v, w_w + by_w, w_yaw + by_yaw
     return v_yaw, v_v, v_w, v_lateral, w_v, w_w, w_yaw
 
 

@@ -9,7 +9,7 @@ from wmr_replay.gap.model.candidates import candidate_of
 from wmr_replay.gap.result.result import Detectable
 from wmr_replay.gap.scan.scan import LibraryScan
 from wmr_replay.gap.settings.result import DetectableSettings
-from wmr_schemas.effects import EffectDeclaration, effects_of
+from wmr_schemas.effects import EffectDeclaration, named_of
 
 
 def minimum_detectable(
@@ -44,7 +44,7 @@ def unseen(detectable: Mapping[str, Detectable]) -> tuple[str, ...]:
     """Effects of a relevant size that the log would not have shown."""
     return tuple(
         name
-        for name, effect in effects_of("torque").items()
+        for name, effect in named_of("torque").items()
         if effect.relevant is not None
         and (name not in detectable or detectable[name].value > effect.relevant)
     )

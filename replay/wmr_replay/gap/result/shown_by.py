@@ -30,6 +30,7 @@ EFFECTS = {
     "yaw_inertia": ShownBy(YAW, DIFFERENCE),
     "scrub_torque": ShownBy(YAW, TURNING),
     "yaw_damping": ShownBy(YAW, TURNING),
+    "swivel_friction": ShownBy(YAW, DIFFERENCE),
     "slope": ShownBy(AHEAD, HEADING),
     "torque_imbalance": ShownBy(YAW, SUM),
     "torque_bias_common": ShownBy(AHEAD, SUM),

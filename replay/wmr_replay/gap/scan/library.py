@@ -9,7 +9,7 @@ from wmr_replay.effects.efforts import UNIT_CHANGES
 from wmr_replay.effects.theta import from_place
 from wmr_replay.gap.estimation.sensitivity import SensitivityTargets
 from wmr_replay.gap.model.binned_log import BinnedLog
-from wmr_replay.gap.model.candidates import LIBRARY, SKID, Candidate
+from wmr_replay.gap.model.candidates import EVERY, LIBRARY, SKID, Candidate
 from wmr_replay.gap.model.dynamics import Row
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.local_effects import Patches, local_candidates, patches_of, time_cells
@@ -39,7 +39,8 @@ class LibraryColumns:
     def of(cls, binned: BinnedLog, extension: Extension) -> "LibraryColumns":
         """Those of every candidate that the model does not hold yet."""
         left_out = {*extension.effects, *(() if binned.names_skid else (SKID,))}
-        linear = tuple(c for c in LIBRARY if c.places and c.name not in left_out)
+        library = EVERY if binned.settings.scan.held_too else LIBRARY
+        linear = tuple(c for c in library if c.places and c.name not in left_out)
         changes = tuple(effort_changes(extension, binned, extension.rows(binned)))
         cells, n_cells = time_cells(binned)
         patches, own = patches_of(binned), OwnColumns.of(extension)

@@ -46,7 +46,8 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     """
     model, problem = calibration.model, calibration.problem
     extension = calibration.holding
-    rolling = replace(problem, binned=replace(problem.binned, names_skid=False))
+    settings = replace(problem.settings, scan=replace(problem.settings.scan, held_too=True))
+    rolling = replace(problem, binned=replace(problem.binned, names_skid=False, settings=settings))
     most = replace(options, max_effects=problem.settings.misfit.most_rests)
     selection = forward_selection(rolling, extension, most, terms=True)
     found = selection.fit.extension.effects

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 class ScanSettings:
     """Scores of candidates, and cells of time and places for losses of traction."""
 
+    held_too: bool = False
+    """Whether effects that a base model alone may hold are candidates: while one is calibrated."""
+
     parameter_cost: float = 8.0
     """Price of a parameter in deviance. Statistics: BIC's log n is 8.0 for the three components of
     the fitted rows of a minute (n = 3000); a scan only ranks candidates."""
