@@ -35,6 +35,7 @@ IN_TURNING = ("yaw_inertia", "yaw_damping")
 """How a robot answers a turning torque, and what brakes its turns: a base model may leave much of both."""
 TURNING = ("yaw_damping", "com_offset", "scrub_torque")
 """Effects that resist or help a turn in proportion to the yaw rate, or by its sign."""
+SWIVELS = "swivel_friction"
 TURNING_TORQUE = "torque_bias_differential"
 """A torque that turns the robot: α_yaw says what it accelerates."""
 ONE_WAY = ("torque_imbalance", TURNING_TORQUE)
@@ -67,8 +68,8 @@ def may_be_rest(name: str) -> bool:
 def with_parameters(
     misfit: Mapping[str, float], model: Model, ratios: tuple[float, float], own: MisfitSettings
 ) -> dict[str, float]:
-    """The misfit with that of the calibrated parameters: what their standard deviations leave open, and what
-    a controller hides.
+    """The misfit with that of the calibrated parameters: what their standard deviations leave open, what a
+    controller hides, and of α_yaw what the form of the swivels' friction leaves.
     """
     robot, found = model.robot, dict(misfit)
     for key, value, names in (
@@ -78,6 +79,8 @@ def with_parameters(
         if value:
             open_to = own.in_sd * model.robot_sd.get(key, 0.0) / value
             found |= {name: open_to + hidden_by_answer(ratios, name, own) for name in names}
+    if any(effect.name == SWIVELS for effect in model.effects):
+        found["yaw_inertia"] = max(found.get("yaw_inertia", 0.0), own.on_swivels)
     return found
 
 

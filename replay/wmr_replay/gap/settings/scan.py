@@ -117,6 +117,10 @@ class MisfitSettings:
     times as large as what the torques ask for; swivel casters under load leave .3 to 15, plates, balls and
     light casters .03."""
 
+    on_swivels: float = 0.05
+    """Error of α_yaw at least where the base model holds a friction of swivels. Judgement: on eleven of the
+    engine's robots it is 1 to 9 %, by the engine's own inertias."""
+
     same_disturbance: float = 1.25
     """Densities of a disturbance on two logs that differ by less, a factor, are the same. Statistics: on 90 s
     one with a correlation time of 1 s is known to 9 %; two standard deviations of a ratio are a quarter."""
