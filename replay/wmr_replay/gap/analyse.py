@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from wmr_replay.gap.estimation.calibrate import calibrate_on_log
+from wmr_replay.gap.estimation.calibrate import calibrate_on_log, sticking
 from wmr_replay.gap.estimation.joined_torques import with_likelier_torques
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.swing_disturbance import calm_share, with_known_swings
@@ -23,7 +23,7 @@ from wmr_replay.gap.scan.misfit import misfit_of, with_parameters
 from wmr_replay.gap.scan.other_forms import with_other_forms
 from wmr_replay.gap.scan.turning_in_doubt import with_turning_in_doubt
 from wmr_replay.gap.search.modes_and_effects import Progress, find_effects
-from wmr_replay.gap.search.rests import describes_rests, leaving_more, with_rests, without_formula
+from wmr_replay.gap.search.rests import describes_rests, leaving_more, likelier, with_rests, without_formula
 from wmr_replay.gap.search.seen_slipping import slipping_left, with_seen_slipping
 from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.settings import GateSettings
@@ -154,7 +154,10 @@ def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = Non
     lines, note = with_likelier_torques(replace(log, robot=robot), found.holding, options)
     if note:
         found = calibrate_on_log(replace(log, torque=lines.torque), options)
-    model, problem, fit, _ = with_rests(found, replace(options, gates=found.problem.settings))
+    held_back = sticking(found, replace(log, torque=lines.torque), options)
+    model, problem, fit, _ = likelier(
+        [with_rests(one, replace(options, gates=one.problem.settings)) for one in (found, held_back) if one]
+    )
     ahead, turning = excitation_ratios(problem, fit.extension, fit.noise)
     seen = np.sqrt(calm_share(problem, fit.extension))
     own = problem.settings.misfit

@@ -61,10 +61,14 @@ def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = Non
 def calibrate_on_log(log: Log, options: GapOptions) -> Calibration:
     """See :func:`calibrate`; the log carries the robot."""
     robot = with_rough_alpha(log, options.gates)
-    rolling = in_rounds(log, robot, Extension(base_of(robot), {}, robot.wheel_radius_m or 1.0), options)
+    return in_rounds(log, robot, Extension(base_of(robot), {}, robot.wheel_radius_m or 1.0), options)
+
+
+def sticking(rolling: Calibration, log: Log, options: GapOptions) -> Calibration | None:
+    """The calibration with a dry friction that holds the robot in yaw; None where the log shows none."""
     start = rough_sticking(rolling.problem.binned, rolling.model.robot, options.gates.sticking)
     if start is None or not sticks(start, rolling):
-        return rolling
+        return None
     return in_rounds(log, start.robot, start.holding, options)
 
 
@@ -99,15 +103,11 @@ def held_by(robot: RobotParameters, fitted: Extension) -> Extension:
 
 
 def sticks(start: Sticking, rolling: Calibration) -> bool:
-    """Whether friction that holds the robot in yaw makes the log surely likelier than none, with which α_yaw
-    was found far too small. Friction that only brakes its turns is a rest like others.
-    """
-    problem, own = rolling.problem, rolling.problem.settings.sticking
+    """Whether friction that holds the robot in yaw makes the log surely likelier than none."""
+    problem = rolling.problem
     unfitted = beside(to_calibrate(problem, start.robot), start.holding)
     _, fit = fit_parameters(problem, unfitted, None)
-    robot, _ = calibrated(start.robot, problem, fit)
-    before, after = rolling.model.robot.alpha_yaw or 0.0, robot.alpha_yaw or 0.0
-    return bool(rolling.fit.deviance - fit.deviance > own.least_gain and before < own.most_share * after)
+    return bool(rolling.fit.deviance - fit.deviance > problem.settings.sticking.least_gain)
 
 
 def modes_for(log: Log, robot: RobotParameters, holding: Extension, options: GapOptions) -> ModeTrack | None:

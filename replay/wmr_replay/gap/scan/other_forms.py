@@ -35,6 +35,9 @@ POWERS = {
 """With which power of the speed a resistance ahead grows."""
 
 
+NONE: Parameters = {"size": 0.0}
+
+
 class Speeds(NamedTuple):
     """Mean speeds (n,) over short windows of a log in which the robot moves: m/s, back below 0, and rad/s."""
 
@@ -61,13 +64,30 @@ def other_forms(extension: Extension, speeds: Speeds, own: MisfitSettings) -> It
     """
     v, q, base = np.abs(speeds.ahead_mps), speeds.yaw_rate_radps, extension.base
     for name, power in POWERS.items():
-        others = np.minimum(held_mps2(extension, v, without=name), own.most_in_form_mps2)
+        others = held_mps2(extension, v, without=name) + open_mps2(extension, v, without=name)
+        others = np.minimum(others, own.most_in_form_mps2)
         yield name, least_squares(v**power, others) / unit_mps2(name, extension)
     held = np.minimum(held_mps2(extension, v), own.most_in_form_mps2)
     yield "torque_bias_common", abs(float(np.mean(np.sign(speeds.ahead_mps) * held))) / (2 * base.alpha)
     turning, across = base.half_track_m * q, np.hypot(v, base.half_track_m * q)
     damping = np.divide(held * turning, across, out=np.zeros_like(held), where=across > 0)
-    yield "yaw_damping", base.alpha_yaw / base.alpha * least_squares(turning, damping)
+    braked = base.alpha_yaw / base.alpha * least_squares(turning, damping)
+    arm = base.alpha_yaw / (base.alpha * base.half_track_m) * speeds.ahead_mps * q
+    known = dict(extension.known)
+    by_arm = arm * size_of(known.get("com_offset", NONE))
+    by_damping = turning * size_of(known.get("yaw_damping", NONE))
+    yield "yaw_damping", braked + least_squares(turning, np.abs(by_arm) * np.sign(turning))
+    yield "com_offset", least_squares(np.abs(arm), np.abs(by_damping))
+
+
+def open_mps2(extension: Extension, speed_mps: F64, without: str) -> F64:
+    """What the calibration leaves open of one of the other resistances at the speeds (n,), the largest."""
+    each = [
+        size * unit_mps2(name, extension) * speed_mps ** POWERS[name]
+        for name, size in extension.misfit.items()
+        if name in POWERS and name != without
+    ]
+    return np.asarray(np.max(each, axis=0) if each else np.zeros_like(speed_mps))
 
 
 def held_mps2(extension: Extension, speed_mps: F64, without: str = "") -> F64:

@@ -205,8 +205,13 @@ def is_creep(name: str, problem: Problem, extension: Extension) -> bool:
 
 
 def same_tyres(name: str, extension: Extension, own: SelectionSettings) -> bool:
-    """Whether another cornering stiffness differs by no more than one and the same tyre's does."""
-    return name == TYRES and abs(extension.effects[name]["ratio"]) < own.known_stiffness
+    """Whether another cornering stiffness differs by no more than one and the same tyre's does, or by more
+    than any tyre's: then wheels hardly skid where they are said to.
+    """
+    if name != TYRES:
+        return False
+    ratio = extension.effects[name]["ratio"]
+    return abs(ratio) < own.known_stiffness or ratio > own.most_stiffer
 
 
 def may_be_a_rest(problem: Problem, current: Fit, rest: Fit, name: str, *, beside: set[str]) -> bool:

@@ -5,7 +5,7 @@ channel in their own form, so that nothing else makes up for them. What a calibr
 as it is; a finding is what another log shows beyond it.
 """
 
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import replace
 
 import numpy as np
@@ -16,9 +16,9 @@ from wmr_replay.gap.estimation.calibrate import (
     fit_parameters,
     to_calibrate,
 )
-from wmr_replay.gap.estimation.diffusion import noise_model
+from wmr_replay.gap.estimation.diffusion import fit_diffusion, noise_model
 from wmr_replay.gap.estimation.refit import gauss_newton
-from wmr_replay.gap.model.base import base_of
+from wmr_replay.gap.model.base import BaseModel, base_of
 from wmr_replay.gap.model.extension import Extension, Parameters
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import (
@@ -51,9 +51,9 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     most = replace(options, max_effects=problem.settings.misfit.most_rests)
     selection = forward_selection(rolling, extension, most, terms=True)
     found = selection.fit.extension.effects
-    if not found or not all(may_be_held(name) for name in found):
-        return calibration
     effects = joined(extension.known, found)
+    if not effects or not all(may_be_held(name) for name in effects):
+        return calibration
     rests = {name: dict(size) for name, size in effects.items() if name not in IN_PARAMETERS}
     noise, robot = selection.fit.noise, model.robot
     for _ in range(problem.settings.calibration.rounds):
@@ -68,6 +68,21 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     known = noise_model(problem.binned, beside.noise)
     model = replace(model, robot=changed, robot_sd=sd, noise=known, effects=held)
     return calibration._replace(model=model, fit=beside, start=robot)
+
+
+def likelier(calibrations: Sequence[Calibration]) -> Calibration:
+    """The calibration whose model makes the log likeliest, in the contact modes of the last one, the
+    parameters paid for.
+    """
+    problem = calibrations[-1].problem
+
+    def cost(one: Calibration) -> float:
+        model = BaseModel(one.model.robot, one.model.effects, "").extension
+        noise = fit_diffusion(problem, model, iterations=problem.settings.calibration.iterations)
+        n_parameters = sum(len(parameters) for _, parameters in model.known)
+        return problem.deviance(model, noise) + problem.settings.scan.parameter_cost * n_parameters
+
+    return min(calibrations, key=cost) if len(calibrations) > 1 else calibrations[0]
 
 
 def joined(known: Iterable[tuple[str, Parameters]], found: Mapping[str, Parameters]) -> dict[str, Parameters]:

@@ -263,10 +263,6 @@ class StickingSettings:
     least_gain: float = 50.0
     """Least gain in deviance over the calibration without it. Judgement: three parameters more cost 25."""
 
-    most_share: float = 0.7
-    """Largest share of the α_yaw beside it that is found without it. Judgement: where torques are held back
-    a tenth to a third, where wheels have friction nine tenths."""
-
 
 @dataclass(frozen=True)
 class SideslipSettings:

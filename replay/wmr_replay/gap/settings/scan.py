@@ -108,9 +108,9 @@ class MisfitSettings:
     """From this mean speed on a robot moves, m/s. Statistics: 1.4 standard deviations of 5 cm noise; slower
     windows weigh little in sums over a drive."""
 
-    most_in_form_mps2: float = 0.06
-    """Largest held resistance whose form is in doubt, m/s². Judgement: twice ``negligible_mps2``. Swivel
-    casters leave .045 on the engine's robots; what brakes more was found with its form."""
+    most_in_form_mps2: float = 0.12
+    """Largest resistance whose form is in doubt, m/s². Judgement: four times ``negligible_mps2``. Swivel
+    casters leave .045 on the engine's robots; bearings of a robot of 4 kg left .09 in another form."""
 
     doubted_share: float = 0.5
     """From this error of α_yaw on, a lag must be shown ahead. Judgement: what else turns the robot is then .7

@@ -84,6 +84,9 @@ class SelectionSettings:
     """How far a cornering stiffness may differ, relatively, and still be the same tyre's. Judgement: load,
     inflation and wear change it by more than that, and a precise log shows a twentieth."""
 
+    most_stiffer: float = 2.0
+    """How much stiffer another tyre may be, relatively. Judgement: three times is another kind of wheel."""
+
     margin: float = 10.0
     """What an effect must explain beyond its price beside others. Statistics: a BIC difference of 10, "very
     strong" after Kass and Raftery (1995)."""
