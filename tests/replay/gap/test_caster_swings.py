@@ -7,7 +7,7 @@ import pytest
 
 from wmr_replay.gap import GapOptions, calibrate
 from wmr_replay.gap.estimation.calibrate import calibrate_on_log
-from wmr_replay.gap.estimation.swing_disturbance import with_known_swings
+from wmr_replay.gap.estimation.swing_disturbance import calm_share, with_known_swings
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.caster_swings import behind, swings
 from wmr_replay.gap.model.dynamics import Base, Row
@@ -87,9 +87,17 @@ def test_a_calibration_finds_the_swings_and_alpha_yaw_behind_them(pushed):
     assert without.robot.alpha_yaw < 0.5 * ALPHA
 
 
-def test_what_the_torques_answer_of_swings_stays_a_doubt_of_alpha_yaw(pushed):
-    """Pushes that are no swings, on another drive, are answered likewise."""
-    assert calibrate(pushed, pushed.robot).misfit["yaw_inertia"] > 0.5
+def test_the_doubt_of_alpha_yaw_is_that_of_the_steps_without_swings(pushed):
+    """Swings weigh nothing, so that what the torques answer of them leaves α_yaw as well known as it is."""
+    found = calibrate(pushed, pushed.robot)
+    off = abs(found.robot.alpha_yaw / ALPHA - 1)
+    assert 0.01 < off < found.misfit["yaw_inertia"] < 0.1
+
+
+def test_the_share_without_swings_is_one_where_none_adds_to_the_disturbance(pushed):
+    swinging, calm = (calibrate_on_log(back_and_forth(push), GapOptions()) for push in (PUSH_MPS2, 0.0))
+    assert 0.3 < calm_share(swinging.problem, swinging.fit.extension) < 0.9
+    assert calm_share(calm.problem, calm.fit.extension) == 1.0
 
 
 @pytest.mark.parametrize("friction_mps2", [0.0, 0.1])

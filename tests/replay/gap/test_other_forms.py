@@ -21,6 +21,7 @@ from wmr_replay.gap.scan.misfit import (
 from wmr_replay.gap.scan.other_forms import speeds_of, with_other_forms
 from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search import fit_candidates
+from wmr_replay.gap.search.eliminate import same_tyres
 from wmr_replay.gap.search.rests import describes_rests, leaving_more, without_formula
 from wmr_replay.gap.search.select import Selection, with_gain_as_inertia
 from wmr_replay.gap.settings import GateSettings
@@ -69,8 +70,8 @@ def test_what_slides_along_brakes_turns_while_the_robot_moves():
 def test_a_held_friction_may_be_a_drag_or_a_bias_of_its_size_on_another_drive():
     wider = with_other_forms(PLATES, circle(0.5, 0.1), OWN).misfit
     held_mps2 = 2 * 0.266 * 0.0427
-    assert wider["rolling_resistance"] == pytest.approx(held_mps2, rel=0.01)
-    assert wider["viscous_drag"] == pytest.approx(held_mps2 / 0.5, rel=0.02)
+    assert wider["rolling_resistance"] == pytest.approx(held_mps2 + 0.001 * 0.5, rel=0.01)
+    assert wider["viscous_drag"] == pytest.approx((held_mps2 + 0.001) / 0.5, rel=0.02)
     assert wider["torque_bias_common"] == pytest.approx(0.0427, rel=0.01)
     back = with_other_forms(PLATES, circle(0.5, 0.1, there_and_back=True), OWN).misfit
     assert back["torque_bias_common"] < 0.005
@@ -84,7 +85,48 @@ def test_a_large_resistance_is_known_in_its_form_and_an_uncalibrated_base_in_all
     bare = replace(PLATES, misfit={})
     assert with_other_forms(bare, circle(0.5, 0.1), OWN) is bare
     nothing_held = with_other_forms(replace(PLATES, known=()), circle(0.5, 0.1), OWN)
-    assert nothing_held.misfit == NONE
+    assert nothing_held.misfit == NONE | {"viscous_drag": pytest.approx(0.001 / 0.5, rel=0.02)}
+
+
+def test_what_a_calibration_leaves_open_of_one_resistance_may_be_another():
+    """A friction of .05 m/s² that the log did not show is a drag of .1 1/s at half a metre a second."""
+    unknown = replace(PLATES, known=(), misfit=NONE | {"rolling_resistance": 0.05})
+    wider = with_other_forms(unknown, circle(0.5, 0.1), OWN).misfit
+    assert wider["viscous_drag"] == pytest.approx(0.1, rel=0.02)
+    assert wider["rolling_resistance"] == 0.05
+
+
+def test_a_held_bias_may_be_a_friction_that_a_drive_without_reversals_took_for_one():
+    """By hand: .03 N·m at both wheels are a friction of .03 N·m at each, and may be none on another log."""
+    biased = replace(
+        PLATES, known=(("torque_bias_common", {"bias_nm": -0.03}),), misfit=NONE | {"wheel_coulomb": 1e-3}
+    )
+    wider = with_other_forms(biased, circle(0.5, 0.1, there_and_back=True), OWN).misfit
+    assert wider["wheel_coulomb"] == pytest.approx(0.03, rel=0.05)
+    assert wider["torque_bias_common"] == pytest.approx(0.03, rel=0.05)
+
+
+def test_a_held_yaw_damping_may_be_a_moved_centre_of_mass_and_the_other_way_round():
+    """By hand, at one speed: d1 l q = (α_yaw/(α l)) d v q."""
+    v, per_m = 0.5, 0.475 / (0.266 * 0.21)
+    misfit = NONE | {"com_offset": 1e-3}
+    damped = replace(PLATES, known=(("yaw_damping", {"d1_per_s": 0.8}),), misfit=misfit)
+    assert with_other_forms(damped, circle(v, 0.3), OWN).misfit["com_offset"] == pytest.approx(
+        0.8 * 0.21 / (per_m * v), rel=0.02
+    )
+    moved = replace(PLATES, known=(("com_offset", {"offset_m": 0.05}),), misfit=misfit)
+    assert with_other_forms(moved, circle(v, 0.3), OWN).misfit["yaw_damping"] == pytest.approx(
+        per_m * 0.05 * v / 0.21, rel=0.02
+    )
+
+
+@pytest.mark.parametrize(("ratio", "same"), [(0.1, True), (0.4, False), (-0.4, False), (4.3, True)])
+def test_tyres_that_are_several_times_as_stiff_are_none(ratio, same):
+    stiffer = PLATES.with_effect("cornering_stiffness", {"ratio": ratio})
+    assert same_tyres("cornering_stiffness", stiffer, GateSettings().selection) is same
+    assert not same_tyres(
+        "payload", PLATES.with_effect("payload", {"mass_ratio": 4.3}), GateSettings().selection
+    )
 
 
 def test_a_gain_is_open_by_what_a_controller_hides():

@@ -8,9 +8,11 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from wmr_replay.gap import calibrate
+from wmr_replay.gap import GapOptions, calibrate
+from wmr_replay.gap.estimation.calibrate import calibrate_on_log, sticking
 from wmr_replay.gap.estimation.sticking import rough_sticking
 from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.search.rests import likelier
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.model_file import model_to_toml, read_model
 from wmr_schemas.robot import RobotParameters
@@ -56,8 +58,22 @@ def test_a_calibration_finds_the_yaw_gain_and_the_friction_of_a_robot_that_stick
     assert found.robot.alpha == pytest.approx(ALPHA, rel=0.05)
     assert found.robot.alpha_yaw == pytest.approx(ALPHA_YAW, rel=0.1)
     assert held.parameters["d0_mps2"] == pytest.approx(0.3, rel=0.1)
-    assert held.sign_change_mps == SETTINGS.sticking.sign_change_mps
+    assert held.sign_change_mps <= 0.005
     assert found.misfit["yaw_inertia"] < 0.1
+
+
+def test_the_friction_holds_the_robot_until_the_torques_overcome_it():
+    log, options = driven(0.3), GapOptions()
+    rolling = calibrate_on_log(log, options)
+    found = sticking(rolling, log, options)
+    assert rolling.model.robot.alpha_yaw < 0.92 * ALPHA_YAW
+    assert found.model.robot.alpha_yaw == pytest.approx(ALPHA_YAW, rel=0.05)
+    (held,) = found.model.effects
+    assert held.sign_change_mps == SETTINGS.sticking.sign_change_mps
+    assert held.parameters["d0_mps2"] == pytest.approx(0.3, rel=0.1)
+    assert sticking(calibrate_on_log(driven(0.0), options), driven(0.0), options) is None
+    assert likelier([rolling, found]) is found
+    assert likelier([found]) is found
 
 
 def test_a_robot_without_friction_holds_none():

@@ -6,6 +6,8 @@ resistance grows with the speed, one drive hardly shows: a skid plate is a dry f
 another log each other form is as large as the least squares of the held ones say. How much of a form is held
 is no doubt about that form.
 
+A drive that never reverses shows a friction as a bias of the torques: a held bias may be none on another log.
+
 A point that slides at a distance a from the axle with the friction F acts against its velocity,
 (v, a·yaw_rate):
 
@@ -63,17 +65,20 @@ def other_forms(extension: Extension, speeds: Speeds, own: MisfitSettings) -> It
     resistances do, as far as they can.
     """
     v, q, base = np.abs(speeds.ahead_mps), speeds.yaw_rate_radps, extension.base
+    known = dict(extension.known)
+    bias_nm = abs(size_of(known.get("torque_bias_common", NONE)))
     for name, power in POWERS.items():
         others = held_mps2(extension, v, without=name) + open_mps2(extension, v, without=name)
+        others += 2 * base.alpha * bias_nm
         others = np.minimum(others, own.most_in_form_mps2)
         yield name, least_squares(v**power, others) / unit_mps2(name, extension)
     held = np.minimum(held_mps2(extension, v), own.most_in_form_mps2)
-    yield "torque_bias_common", abs(float(np.mean(np.sign(speeds.ahead_mps) * held))) / (2 * base.alpha)
+    as_bias_nm = abs(float(np.mean(np.sign(speeds.ahead_mps) * held))) / (2 * base.alpha)
+    yield "torque_bias_common", bias_nm + as_bias_nm
     turning, across = base.half_track_m * q, np.hypot(v, base.half_track_m * q)
     damping = np.divide(held * turning, across, out=np.zeros_like(held), where=across > 0)
     braked = base.alpha_yaw / base.alpha * least_squares(turning, damping)
     arm = base.alpha_yaw / (base.alpha * base.half_track_m) * speeds.ahead_mps * q
-    known = dict(extension.known)
     by_arm = arm * size_of(known.get("com_offset", NONE))
     by_damping = turning * size_of(known.get("yaw_damping", NONE))
     yield "yaw_damping", braked + least_squares(turning, np.abs(by_arm) * np.sign(turning))

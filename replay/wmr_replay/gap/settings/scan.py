@@ -8,7 +8,8 @@ class ScanSettings:
     """Scores of candidates, and cells of time and places for losses of traction."""
 
     held_too: bool = False
-    """Whether effects that a base model alone may hold are candidates: while one is calibrated."""
+    """Whether effects that a base model alone may hold are candidates, as while one is calibrated. Judgement:
+    on another log a change of them is no finding."""
 
     parameter_cost: float = 8.0
     """Price of a parameter in deviance. Statistics: BIC's log n is 8.0 for the three components of
