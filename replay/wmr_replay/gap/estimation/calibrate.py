@@ -11,7 +11,7 @@ from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, gauss_newton
-from wmr_replay.gap.estimation.sticking import Sticking, rough_sticking
+from wmr_replay.gap.estimation.sticking import Sticking, rough_sticking, windows_of
 from wmr_replay.gap.estimation.swing_disturbance import with_swings
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
@@ -170,17 +170,9 @@ def with_rough_alpha(log: Log, settings: GateSettings) -> RobotParameters:
         raise InvalidSignal("robot", "half_track_m is needed to calibrate a base model")
     if robot.alpha is not None:
         return robot
-    binned = bin_log(log, settings)
-    every = max(2, round(settings.calibration.rough_s / float(np.median(binned.step_s[1:]))))
-    t_s, pose = binned.t_s[::every], binned.pose[::every]
-    effort = binned.torque.means(t_s, Extension(base_of(replace(robot, alpha=1.0))).input_effects())
-    middle = (pose[1:, 2] + pose[:-1, 2]) / 2
-    moved = np.diff(pose, axis=0) / np.diff(t_s)[:, None]
-    speed = moved[:, 0] * np.cos(middle) + moved[:, 1] * np.sin(middle)
-    between = (effort[:, 1:-1] + effort[:, 2:]) / 2
-    step_s = np.diff((t_s[1:] + t_s[:-1]) / 2)
-    ahead = slope(between.sum(axis=0), np.diff(speed) / step_s)
-    turning = slope(between[1] - between[0], robot.half_track_m * np.diff(moved[:, 2]) / step_s)
+    windows = windows_of(bin_log(log, settings), robot, settings.calibration.rough_s)
+    ahead = slope(windows.left_nm + windows.right_nm, windows.v_change_mps2)
+    turning = slope(windows.right_nm - windows.left_nm, windows.w_change_mps2)
     if not ahead > 0:
         raise InvalidSignal(
             "torque", "does not move the robot as a driven wheel would: check signs and --map"

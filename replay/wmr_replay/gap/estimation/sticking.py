@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wmr_replay.effects.efforts import InputEffects
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.extension import Extension
@@ -24,14 +25,16 @@ SCRUB = "scrub_torque"
 
 
 class Windows(NamedTuple):
-    """Short windows of a log (m,): change of l·yaw rate [m/s²], right minus left torque [N·m], mean yaw
-    speed l·yaw_rate [m/s] and speed ahead [m/s].
+    """Short windows of a log (m,): speed ahead v and l·yaw_rate [m/s], means over each; how fast they change
+    [m/s²]; and the mean torque of the left and of the right wheel [N·m].
     """
 
-    change_mps2: F64
-    effort_nm: F64
-    turning_mps: F64
-    ahead_mps: F64
+    v_mps: F64
+    w_mps: F64
+    v_change_mps2: F64
+    w_change_mps2: F64
+    left_nm: F64
+    right_nm: F64
 
 
 class Sticking(NamedTuple):
@@ -45,12 +48,12 @@ def rough_sticking(binned: BinnedLog, robot: RobotParameters, own: StickingSetti
     """With the α_yaw and d₀ of the windows in which the robot turns; None where too few do, or either is too
     small.
     """
-    windows = windows_of(binned, robot, own)
-    turns = np.abs(windows.turning_mps) > own.turning_mps
+    windows = windows_of(binned, robot, own.window_s)
+    turns = np.abs(windows.w_mps) > own.turning_mps
     if turns.sum() < own.least_windows:
         return None
-    change, effort, turning, ahead = (column[turns] for column in windows)
-    columns = np.stack([effort, -np.sign(turning), -ahead * turning], axis=1)
+    v, w, _, change, left, right = (column[turns] for column in windows)
+    columns = np.stack([right - left, -np.sign(w), -v * w], axis=1)
     (alpha_yaw, d0, _), *_ = np.linalg.lstsq(columns, change, rcond=None)
     if not (alpha_yaw > 0 and d0 > own.least_mps2):
         return None
@@ -62,16 +65,16 @@ def rough_sticking(binned: BinnedLog, robot: RobotParameters, own: StickingSetti
     )
 
 
-def windows_of(binned: BinnedLog, robot: RobotParameters, own: StickingSettings) -> Windows:
-    """Windows of ``own.window_s`` of the binned log."""
-    every = max(2, round(own.window_s / float(np.median(binned.step_s[1:]))))
+def windows_of(binned: BinnedLog, robot: RobotParameters, window_s: float) -> Windows:
+    """Windows of ``window_s`` of the binned log."""
+    every = max(2, round(window_s / float(np.median(binned.step_s[1:]))))
     t_s, pose = binned.t_s[::every], binned.pose[::every]
-    effort = binned.torque.means(t_s, Extension(base_of(robot)).input_effects())
+    left, right = binned.torque.means(t_s, InputEffects())
     moved = np.diff(pose, axis=0) / np.diff(t_s)[:, None]
     middle = (pose[1:, 2] + pose[:-1, 2]) / 2
-    ahead = moved[:, 0] * np.cos(middle) + moved[:, 1] * np.sin(middle)
-    turning = (robot.half_track_m or 0.0) * moved[:, 2]
+    v = moved[:, 0] * np.cos(middle) + moved[:, 1] * np.sin(middle)
+    w = (robot.half_track_m or 0.0) * moved[:, 2]
     step_s = np.diff((t_s[1:] + t_s[:-1]) / 2)
-    between = (effort[:, 1:-1] + effort[:, 2:]) / 2
-    mean_turning, mean_ahead = ((one[1:] + one[:-1]) / 2 for one in (turning, ahead))
-    return Windows(np.diff(turning) / step_s, between[1] - between[0], mean_turning, mean_ahead)
+    v_mean, w_mean = ((one[1:] + one[:-1]) / 2 for one in (v, w))
+    left_nm, right_nm = ((one[1:-1] + one[2:]) / 2 for one in (left, right))
+    return Windows(v_mean, w_mean, np.diff(v) / step_s, np.diff(w) / step_s, left_nm, right_nm)

@@ -37,9 +37,6 @@ POWERS = {
 """With which power of the speed a resistance ahead grows."""
 
 
-NONE: Parameters = {"size": 0.0}
-
-
 class Speeds(NamedTuple):
     """Mean speeds (n,) over short windows of a log in which the robot moves: m/s, back below 0, and rad/s."""
 
@@ -61,28 +58,42 @@ def with_other_forms(extension: Extension, pose: PoseTrack, own: MisfitSettings)
 
 
 def other_forms(extension: Extension, speeds: Speeds, own: MisfitSettings) -> Iterator[tuple[str, float]]:
-    """Sizes of the resistances ahead, of a bias and of a yaw damping that do on this drive what the held
-    resistances do, as far as they can.
+    """Sizes of the resistances ahead, of a bias and of what brakes turns that do on this drive what the held
+    ones do, as far as they can.
     """
-    v, q, base = np.abs(speeds.ahead_mps), speeds.yaw_rate_radps, extension.base
-    known = dict(extension.known)
-    bias_nm = abs(size_of(known.get("torque_bias_common", NONE)))
+    yield from forms_ahead(extension, speeds, own)
+    yield from forms_turning(extension, speeds, own)
+
+
+def forms_ahead(extension: Extension, speeds: Speeds, own: MisfitSettings) -> Iterator[tuple[str, float]]:
+    """Those of the resistances ahead and of a bias; also as far as the calibration left a resistance open."""
+    v, bias_nm = np.abs(speeds.ahead_mps), held_size("torque_bias_common", extension)
+    per_nm = 2 * extension.base.alpha
     for name, power in POWERS.items():
         others = held_mps2(extension, v, without=name) + open_mps2(extension, v, without=name)
-        others += 2 * base.alpha * bias_nm
-        others = np.minimum(others, own.most_in_form_mps2)
+        others = np.minimum(others + per_nm * bias_nm, own.most_in_form_mps2)
         yield name, least_squares(v**power, others) / unit_mps2(name, extension)
     held = np.minimum(held_mps2(extension, v), own.most_in_form_mps2)
-    as_bias_nm = abs(float(np.mean(np.sign(speeds.ahead_mps) * held))) / (2 * base.alpha)
-    yield "torque_bias_common", bias_nm + as_bias_nm
-    turning, across = base.half_track_m * q, np.hypot(v, base.half_track_m * q)
-    damping = np.divide(held * turning, across, out=np.zeros_like(held), where=across > 0)
-    braked = base.alpha_yaw / base.alpha * least_squares(turning, damping)
-    arm = base.alpha_yaw / (base.alpha * base.half_track_m) * speeds.ahead_mps * q
-    by_arm = arm * size_of(known.get("com_offset", NONE))
-    by_damping = turning * size_of(known.get("yaw_damping", NONE))
-    yield "yaw_damping", braked + least_squares(turning, np.abs(by_arm) * np.sign(turning))
-    yield "com_offset", least_squares(np.abs(arm), np.abs(by_damping))
+    yield "torque_bias_common", bias_nm + abs(float(np.mean(np.sign(speeds.ahead_mps) * held))) / per_nm
+
+
+def forms_turning(extension: Extension, speeds: Speeds, own: MisfitSettings) -> Iterator[tuple[str, float]]:
+    """Those of a yaw damping and of a centre of mass: at one speed the two are the same, and what slides
+    along is a damping.
+    """
+    v, q, base = np.abs(speeds.ahead_mps), speeds.yaw_rate_radps, extension.base
+    turning, by_arm = base.half_track_m * np.abs(q), v * np.abs(q) * base.alpha_yaw / base.alpha
+    by_arm /= base.half_track_m
+    held, across = np.minimum(held_mps2(extension, v), own.most_in_form_mps2), np.hypot(v, turning)
+    sliding = np.divide(held * turning, across, out=np.zeros_like(held), where=across > 0)
+    moved = by_arm * held_size("com_offset", extension)
+    yield "yaw_damping", least_squares(turning, sliding * base.alpha_yaw / base.alpha + moved)
+    yield "com_offset", least_squares(by_arm, turning * held_size("yaw_damping", extension))
+
+
+def held_size(name: str, extension: Extension) -> float:
+    """The size of an effect that the base model holds; 0 of one that it does not."""
+    return sum(abs(size_of(parameters)) for held, parameters in extension.known if held == name)
 
 
 def open_mps2(extension: Extension, speed_mps: F64, without: str) -> F64:
