@@ -30,7 +30,7 @@ FAMILIES: dict[str, Draw] = {
     "aisles": TURNING_FAMILIES["aisles"],
 }
 
-PACE = {"beetle": 0.5, "puck": 0.5}
+PACE = {"beetle": 0.5, "puck": 0.5, "tutor": 0.4}
 """The share of a family's speeds that a robot with small wheels drives."""
 
 

@@ -35,6 +35,15 @@ class Gains(NamedTuple):
 TWO_WHEELED = Gains(2.0, 0.5, 3.0)
 SKID_STEER = Gains(8.0, 8.0, 14.0)
 """The scrub of four wheels wants several times the torque."""
+WIDE_TYRES = Gains(6.0, 6.0, 5.0)
+"""Tyres that are flat across stick until the torque overcomes their scrub."""
+
+
+def gains_of(robot: Robot) -> Gains:
+    """The controller's gains: what scrubs needs more."""
+    if robot.four_wheeled:
+        return SKID_STEER
+    return WIDE_TYRES if robot.wide_tyres else TWO_WHEELED
 
 
 class State(NamedTuple):
@@ -165,7 +174,7 @@ def driven(hidden: Hidden, robot: Robot, references: Profile, duration_s: float)
     plant.settle()
     t_s = np.arange(round(duration_s * RATE_HZ)) / RATE_HZ
     wanted = np.stack(references(t_s), axis=1)
-    controller = Controller(robot, SKID_STEER if robot.four_wheeled else TWO_WHEELED)
+    controller = Controller(robot, gains_of(robot))
     rows, states = np.empty((len(t_s), 10)), []
     load = hidden.load
     for k, at_s in enumerate(t_s):

@@ -22,7 +22,8 @@ class Robot:
 
     ``mass_kg`` and ``yaw_inertia_kgm2`` are those that the driving forces see, with the wheels' inertia in
     them: m + Σ I_φ/r² and I_θ + Σ l² I_φ/r². ``centre_m`` (3,) is the centre of mass of the base body in its
-    frame, whose origin is the middle of the axle. ``weight_n`` is the whole robot's.
+    frame, whose origin is the middle of the axle. ``weight_n`` is the whole robot's. ``wide_tyres`` are flat
+    across: they scrub in turns.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Robot:
     yaw_inertia_kgm2: float
     centre_m: F64
     weight_n: float
+    wide_tyres: bool
 
     @property
     def four_wheeled(self) -> bool:
@@ -85,4 +87,5 @@ def robot_of(name: str) -> Robot:
         yaw_inertia_kgm2=float(inertia[5, 5] + turning * half_track**2),
         centre_m=model.body("base").ipos.copy(),
         weight_n=float(inertia[0, 0] * GRAVITY_MPS2),
+        wide_tyres=bool(model.geom_type[tyre.id] == mujoco.mjtGeom.mjGEOM_CYLINDER),
     )

@@ -53,7 +53,7 @@ DOCUMENTED = {
     "undeclared_skid": ("stiffness_ratio",),
     "yaw_drift": ("rate_radps",),
 }
-HELD = {"swivel_friction": ("s0_mps2",)}
+HELD = {"swivel_friction": ("s0_mps2",), "support_friction": ("p0_mps2", "d0_mps2")}
 """Effects that a base model may hold, and that no analysis names."""
 WHEEL_SPEED = {
     "wheel_scale": ("ratio",),

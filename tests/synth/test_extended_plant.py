@@ -128,6 +128,24 @@ def test_swivels_do_not_brake_a_turn_on_the_spot():
     assert spinning.yaw_rate_radps[-1] == pytest.approx(1.0, abs=1e-9)
 
 
+def test_supports_that_drag_brake_a_turn_on_the_spot_and_hardly_one_at_speed():
+    drag = effect("support_friction", p0_mps2=0.0, d0_mps2=0.05)
+    spinning = moved(drag, start=(0.0, 1.0), duration_s=1.0)
+    assert spinning.yaw_rate_radps[-1] == pytest.approx(1.0 - 0.05 / L, abs=2e-3)
+    rolling = moved(drag, start=(10 * L, 1.0), duration_s=1.0)
+    assert rolling.yaw_rate_radps[-1] == pytest.approx(1.0 - 0.05 / L / 10, abs=2e-3)
+    ahead = moved(effect("support_friction", p0_mps2=0.1, d0_mps2=0.0), start=(1.0, 0.0), duration_s=1.0)
+    assert ahead.v_long_mps[-1] == pytest.approx(0.9, abs=1e-3)
+
+
+def test_a_payload_makes_tyres_scrub_more_and_an_inertia_less():
+    scrub = effect("scrub_torque", d0_mps2=0.05)
+    loaded = moved(scrub, effect("payload", mass_ratio=0.4), start=(0.0, 1.0), duration_s=1.0)
+    assert loaded.yaw_rate_radps[-1] == pytest.approx(1.0 - 1.4 * 0.05 / L, abs=1e-3)
+    heavier = moved(scrub, effect("yaw_inertia", ratio=0.25), start=(0.0, 1.0), duration_s=1.0)
+    assert heavier.yaw_rate_radps[-1] == pytest.approx(1.0 - 0.05 / 1.25 / L, abs=1e-3)
+
+
 def test_scrub_stops_turning_at_a_constant_rate():
     motion = moved(effect("scrub_torque", d0_mps2=0.05), start=(0.0, 1.0), duration_s=3.0)
     assert motion.yaw_rate_radps[200] == pytest.approx(1.0 - 0.05 / L * 2.0, abs=1e-3)

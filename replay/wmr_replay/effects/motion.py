@@ -5,6 +5,7 @@ Each function adds to the values it is given, so that every caller sums in one o
 """
 
 import math
+from typing import NamedTuple
 
 from wmr_replay.effects.theta import Theta
 from wmr_schemas.arrays import F64
@@ -49,7 +50,9 @@ def is_held(v: float, w: float, theta: F64) -> bool:
     rolling = theta[Theta.ROLLING] > LEAST_FRICTION and abs(v) < near
     turning = theta[Theta.SCRUB] > LEAST_FRICTION and abs(w) < near
     wheels = theta[Theta.WHEEL_COULOMB] > LEAST_FRICTION and abs(abs(v) - abs(w)) < near
-    return bool(rolling or turning or wheels)
+    dragging = max(theta[Theta.SUPPORT], theta[Theta.SUPPORT_YAW]) > LEAST_FRICTION
+    supports = dragging and abs(v) < near and abs(w) < near
+    return bool(rolling or turning or wheels or supports)
 
 
 @lean
@@ -87,28 +90,67 @@ def downhill_left(yaw: float, theta: F64) -> Pair:
     return left, -theta[Theta.GRADE_Y] * sin - theta[Theta.GRADE_X] * cos
 
 
-@lean
-def turning_arm(com_yaw: float, theta: F64) -> float:
-    """How much a centre of mass ahead of the axle turns the robot by what the tyres hold sideways:
-    k d (1 + mass_ratio)/(1 + ratio), k = l m/I in 1/m (``com_yaw``), the ratios those of payload and
-    yaw_inertia. A payload sits at the centre of mass, and leaves d.
+class Carried(NamedTuple):
+    """What weighs on the axle: k = l m/I of the base model in 1/m, 0 where unknown, and how many times as
+    heavy the robot is with the load that it carries for a while.
     """
-    carried = (1.0 + theta[Theta.MASS_RATIO]) / (1.0 + theta[Theta.YAW_INERTIA])
-    return float(com_yaw * carried * theta[Theta.COM_OFFSET])
+
+    com_yaw_per_m: float
+    load: float
 
 
 @lean
-def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, com_yaw: float, theta: F64) -> Pair:
+def carried_share(load: float, theta: F64) -> float:
+    """``load`` (1 + mass_ratio)/(1 + ratio), the ratios those of payload and yaw_inertia: how much more what
+    a weight makes tyres do turns the robot. A payload sits at the centre of mass.
+    """
+    return float(load * (1.0 + theta[Theta.MASS_RATIO]) / (1.0 + theta[Theta.YAW_INERTIA]))
+
+
+@lean
+def turning_arm(carried: Carried, theta: F64) -> float:
+    """How much a centre of mass d ahead of the axle turns the robot by what the tyres hold sideways, k d q
+    with q of :func:`carried_share`.
+    """
+    return float(carried.com_yaw_per_m * carried_share(carried.load, theta) * theta[Theta.COM_OFFSET])
+
+
+@lean
+def by_supports(v: float, w: float, carried: Carried, theta: F64) -> Pair:
+    """What supports that drag add to (dv_long/dt, dw/dt) in m/s²: −(p₀ v, d₀ q w)/V, V² = v² + w² + v₀².
+
+    A ball, a pad or a caster that trails its pin takes a dry force against the way that it goes: (v, w) at a
+    distance l ahead of the axle or behind it. The faster the robot goes ahead, the less of it turns; q is of
+    :func:`carried_share`, v₀ the speed over which friction changes its sign.
+    """
+    speed = math.sqrt(v * v + w * w + friction_speed(theta) ** 2)
+    turning = theta[Theta.SUPPORT_YAW] * carried_share(carried.load, theta)
+    return -theta[Theta.SUPPORT] * v / speed, -turning * w / speed
+
+
+@lean
+def support_slopes(v: float, w: float, carried: Carried, theta: F64) -> Four:
+    """Slopes of :func:`by_supports`: of dv_long/dt by v and w, of dw/dt by v and w."""
+    squared = v * v + w * w + friction_speed(theta) ** 2
+    cubed = squared * math.sqrt(squared)
+    ahead = theta[Theta.SUPPORT] / cubed
+    turning = theta[Theta.SUPPORT_YAW] * carried_share(carried.load, theta) / cubed
+    return ahead * (v * v - squared), ahead * v * w, turning * v * w, turning * (w * w - squared)
+
+
+@lean
+def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, carried: Carried, theta: F64) -> Pair:
     """``given`` (dv_long/dt, dw/dt) in m/s² plus the effects on the body; ``turning`` is (w, yaw_rate).
 
     dv_long/dt: −c₁ v − c₂ v|v| + d yaw_rate² − c₀ sgn v + g_x cos ψ + g_y sin ψ
-    dw/dt:      −d₁ w − k d (1 + mass_ratio)/(1 + ratio) (v yaw_rate − g_left) − d₀ sgn w
+    dw/dt:      −d₁ w − k d q (v yaw_rate − g_left) − d₀ q sgn w
 
-    with the arm of :func:`turning_arm` and g_left of :func:`downhill_left`: tyres at the axle hold against
-    the pull of a slope on a mass that lies d ahead of it.
+    with q of :func:`carried_share`, the arm k d q of :func:`turning_arm` and g_left of
+    :func:`downhill_left`: tyres at the axle hold against the pull of a slope on a mass that lies d ahead of
+    it, and scrub by the weight on them. Supports that drag add :func:`by_supports`.
     """
     (dv, dw), (w, yaw_rate) = given, turning
-    com = turning_arm(com_yaw, theta)
+    com = turning_arm(carried, theta)
     dv -= theta[Theta.VISCOUS] * v + theta[Theta.DRAG] * v * abs(v)
     dv += theta[Theta.COM_OFFSET] * yaw_rate**2
     dw -= theta[Theta.YAW_DAMPING] * w
@@ -116,7 +158,11 @@ def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, com_yaw:
     if theta[Theta.ROLLING] != 0.0:
         dv -= theta[Theta.ROLLING] * sign(v, friction_speed(theta))
     if theta[Theta.SCRUB] != 0.0:
-        dw -= theta[Theta.SCRUB] * sign(w, friction_speed(theta))
+        scrub = theta[Theta.SCRUB] * carried_share(carried.load, theta)
+        dw -= scrub * sign(w, friction_speed(theta))
+    if theta[Theta.SUPPORT] != 0.0 or theta[Theta.SUPPORT_YAW] != 0.0:
+        ahead, turned = by_supports(v, w, carried, theta)
+        dv, dw = dv + ahead, dw + turned
     if theta[Theta.GRADE_X] != 0.0 or theta[Theta.GRADE_Y] != 0.0:
         dv += theta[Theta.GRADE_X] * math.cos(yaw) + theta[Theta.GRADE_Y] * math.sin(yaw)
         dw += com * downhill_left(yaw, theta)[0]
@@ -124,10 +170,10 @@ def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, com_yaw:
 
 
 @lean
-def with_body_slopes(given: Four, v: float, w: float, l: float, com_yaw: float, theta: F64) -> Four:
+def with_body_slopes(given: Four, v: float, w: float, l: float, carried: Carried, theta: F64) -> Four:
     """``given`` slopes of (dv_long/dt by v, by w, dw/dt by v, by w) and those of the effects on the body."""
     v_v, v_w, w_v, w_w = given
-    yaw_rate, com = w / l, turning_arm(com_yaw, theta)
+    yaw_rate, com = w / l, turning_arm(carried, theta)
     v_v += -theta[Theta.VISCOUS] - 2 * theta[Theta.DRAG] * abs(v)
     v_w += 2 * theta[Theta.COM_OFFSET] * yaw_rate / l
     w_v += -com * yaw_rate
@@ -135,7 +181,11 @@ def with_body_slopes(given: Four, v: float, w: float, l: float, com_yaw: float, 
     if theta[Theta.ROLLING] != 0.0:
         v_v -= theta[Theta.ROLLING] * steepness(v, friction_speed(theta))
     if theta[Theta.SCRUB] != 0.0:
-        w_w -= theta[Theta.SCRUB] * steepness(w, friction_speed(theta))
+        scrub = theta[Theta.SCRUB] * carried_share(carried.load, theta)
+        w_w -= scrub * steepness(w, friction_speed(theta))
+    if theta[Theta.SUPPORT] != 0.0 or theta[Theta.SUPPORT_YAW] != 0.0:
+        by = support_slopes(v, w, carried, theta)
+        v_v, v_w, w_v, w_w = v_v + by[0], v_w + by[1], w_v + by[2], w_w + by[3]
     return v_v, v_w, w_v, w_w
 
 

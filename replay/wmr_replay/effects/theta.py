@@ -43,6 +43,8 @@ class Theta(IntEnum):
     FRICTION_SPEED = 24
     HELD_SIDEWAYS = 25
     SWIVEL = 26
+    SUPPORT = 27
+    SUPPORT_YAW = 28
 
 
 N_THETA = len(Theta)
@@ -56,6 +58,8 @@ PLACES: dict[tuple[str, str], Theta] = {
     ("scrub_torque", "d0_mps2"): Theta.SCRUB,
     ("yaw_damping", "d1_per_s"): Theta.YAW_DAMPING,
     ("swivel_friction", "s0_mps2"): Theta.SWIVEL,
+    ("support_friction", "p0_mps2"): Theta.SUPPORT,
+    ("support_friction", "d0_mps2"): Theta.SUPPORT_YAW,
     ("wheel_coulomb", "torque_nm"): Theta.WHEEL_COULOMB,
     ("wheel_viscous", "nm_per_radps"): Theta.WHEEL_VISCOUS,
     ("slope", "grade_x_mps2"): Theta.GRADE_X,
@@ -85,7 +89,7 @@ REPLACED = (Theta.UNDECLARED,)
 
 
 def theta_of(effects: Iterable[tuple[str, Values]], wheel_radius_m: float) -> F64:
-    """θ (25,) of effects by name and parameters."""
+    """θ (29,) of effects by name and parameters."""
     theta = np.zeros(N_THETA)
     for name, values in effects:
         for key, value in values.items():

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from wmr_replay.gap.estimation.calibrate import calibrate_on_log, sticking
+from wmr_replay.gap.estimation.calibrate import calibrate_on_log, sticking, swivelling
 from wmr_replay.gap.estimation.joined_torques import with_likelier_torques
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.swing_disturbance import calm_share, with_known_swings
@@ -18,6 +18,7 @@ from wmr_replay.gap.model.work import Work, begin_work, n_bins
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.assemble import assemble
 from wmr_replay.gap.result.result import GapResult
+from wmr_replay.gap.scan.dry_turning import open_by_form
 from wmr_replay.gap.scan.gains_in_doubt import with_gains_in_doubt
 from wmr_replay.gap.scan.misfit import misfit_of, with_parameters
 from wmr_replay.gap.scan.other_forms import with_other_forms
@@ -154,12 +155,15 @@ def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = Non
     lines, note = with_likelier_torques(replace(log, robot=robot), found.holding, options)
     if note:
         found = calibrate_on_log(replace(log, torque=lines.torque), options)
-    held_back = sticking(found, replace(log, torque=lines.torque), options)
+    seen = replace(log, torque=lines.torque)
+    starts = found, sticking(found, seen, options), swivelling(found, seen, options)
     model, problem, fit, _ = likelier(
-        [with_rests(one, replace(options, gates=one.problem.settings)) for one in (found, held_back) if one]
+        [with_rests(one, replace(options, gates=one.problem.settings)) for one in starts if one]
     )
     ahead, turning = excitation_ratios(problem, fit.extension, fit.noise)
-    seen = np.sqrt(calm_share(problem, fit.extension))
+    calm = np.sqrt(calm_share(problem, fit.extension))
     own = problem.settings.misfit
-    misfit = with_parameters(misfit_of(problem, fit), model, (seen * ahead, seen * turning), own)
+    misfit = with_parameters(misfit_of(problem, fit), model, (calm * ahead, calm * turning), own)
+    by_form = open_by_form(BaseModel(model.robot, model.effects, "").extension, problem.binned, own.dry_form)
+    misfit["yaw_inertia"] = max(misfit.get("yaw_inertia", 0.0), by_form)
     return replace(model, misfit=misfit | slipping_left(problem, fit))

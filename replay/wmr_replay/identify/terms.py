@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.effects.motion import sign, wheel_losses, with_body_effects
+from wmr_replay.effects.motion import Carried, sign, wheel_losses, with_body_effects
 from wmr_replay.effects.swivels import by_swivels
 from wmr_replay.effects.theta import N_THETA, Theta
 from wmr_schemas.arrays import F64
@@ -19,7 +19,7 @@ NO_PRODUCTS = np.zeros((0, N_FACTORS + 2))
 
 
 class Terms(NamedTuple):
-    """The effects on acceleration: θ (25,) of :class:`~wmr_replay.effects.theta.Theta`, 0 without an effect.
+    """The effects on acceleration: θ (29,) of :class:`~wmr_replay.effects.theta.Theta`, 0 without an effect.
 
     ``com_yaw_per_m`` is l m/I, 0 where unknown. ``products`` (k, 17) are terms of the dictionary: channel, as
     a position in ``CHANNELS``, coefficient, and the power of each of ``FACTORS``.
@@ -102,7 +102,7 @@ def extra_accelerations(
     """
     l, v_long, w = terms.half_track_m, at.v_long, terms.half_track_m * at.yaw_rate
     ahead, turning = with_body_effects(
-        (0.0, 0.0), v_long, (w, at.yaw_rate), at.yaw, terms.com_yaw_per_m, terms.theta
+        (0.0, 0.0), v_long, (w, at.yaw_rate), at.yaw, Carried(terms.com_yaw_per_m, 1.0), terms.theta
     )
     lost_right, lost_left = wheel_losses(v_long + w, v_long - w, terms.theta)
     ahead -= alpha * (lost_right + lost_left)

@@ -147,6 +147,7 @@ REASONS = {
     "yaw_damping": "joints brake both motions; the medium's viscosity comes near",
     "scrub_torque": "torsional friction of the tyres' contacts (condim 4) comes near",
     "swivel_friction": "set frictionloss of the joints in which the casters swivel",
+    "support_friction": "set friction of the balls or pads, or frictionloss of the casters' axles",
     "low_friction_patch": "a place: put a geom with less friction there",
     "load_step": "a time: change body_mass while the simulation runs",
     "slip_interval": "a time: change friction while the simulation runs",

@@ -227,12 +227,15 @@ def terms_of(effects: Iterable[Effect], robot: RobotParameters) -> Terms:
     ]
     theta = theta_of(named, robot.wheel_radius_m or 1.0)
     theta[Theta.FRICTION_SPEED] = friction_speed_mps(e for e in effects if acts_as_term(e.name))
-    terms = Terms(theta, robot.half_track_m or 0.0, com_yaw_per_m(robot) * arm_ratio(effects))
+    theta[Theta.SCRUB] *= carried_ratio(effects)
+    terms = Terms(theta, robot.half_track_m or 0.0, com_yaw_per_m(robot) * carried_ratio(effects))
     return terms._replace(products=np.array(products, float)) if products else terms
 
 
-def arm_ratio(effects: Iterable[Effect]) -> float:
-    """By how much l m/I of a model is larger than the robot's: its payloads over its yaw inertias."""
+def carried_ratio(effects: Iterable[Effect]) -> float:
+    """By how much l m/I of a model is larger than the robot's, and what its weight makes tyres scrub: its
+    payloads over its yaw inertias.
+    """
     mass = [1.0 + e.parameters["mass_ratio"] for e in effects if e.name == "payload"]
     inertia = [1.0 + e.parameters["ratio"] for e in effects if e.name == "yaw_inertia"]
     return float(np.prod(mass) / np.prod(inertia))

@@ -80,7 +80,7 @@ BEYOND: dict[str, EffectDeclaration] = by_number(simulator_only.EFFECTS)
 """Effects that only the simulator has: no candidate names them, no model file holds them."""
 
 
-FRICTIONS = ("rolling_resistance", "scrub_torque", "wheel_coulomb")
+FRICTIONS = ("rolling_resistance", "scrub_torque", "wheel_coulomb", "support_friction")
 """Effects that change their sign over a speed, 2 cm/s unless a model file says another one."""
 WITHHOLDING = ("torque_deadzone", "torque_saturation")
 """Effects that hold torques back from a threshold on, unless a model file says over which share of it."""

@@ -84,4 +84,15 @@ EFFECTS = (
         relevant=0.15,
         held_only=True,
     ),
+    EffectDeclaration(
+        "support_friction",
+        "both",
+        "−p0·v/V on dv_long/dt, −d0·w/V on dw/dt, w = l·yaw_rate, V² = v² + w² + v0²",
+        {"p0_mps2": _resisting("m/s²"), "d0_mps2": _resisting("m/s²")},
+        acts_on="acceleration",
+        number=46,
+        ranges={"p0_mps2": Range(0.05, 0.3), "d0_mps2": Range(0.05, 0.3)},
+        relevant=0.15,
+        held_only=True,
+    ),
 )

@@ -49,6 +49,14 @@ def swivel(s0: float, moving: tuple[float, float], freely: tuple[float, float], 
 
 
 @compiled
+def trailing(v: float, turn: float, plain: bool) -> tuple[float, float]:
+    """Direction of the way of a support that drags, (v, turn)/√(v² + turn² + s²), s = .005 m/s; plain .02."""
+    soft = SOFT_SIGN_MPS if plain else SHARP_SIGN_MPS
+    speed = math.sqrt(v**2 + turn**2 + soft**2)
+    return v / speed, turn / speed
+
+
+@compiled
 def rolling(c0: float, v: float, plain: bool) -> float:
     """−c₀ sgn(v) (1 + .25 exp(−(v/.15)²)), Stribeck's; plain without the bracket."""
     if c0 == 0.0:

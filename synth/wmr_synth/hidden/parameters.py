@@ -32,13 +32,15 @@ class Hidden(NamedTuple):
     scrub_mps2: float = 0.0
     damping_per_s: float = 0.0
     swivel_mps2: float = 0.0
+    support_mps2: float = 0.0
+    support_yaw_mps2: float = 0.0
     wheel_coulomb_nm: float = 0.0
     wheel_viscous_nm_per_mps: float = 0.0
     grade_x_mps2: float = 0.0
     grade_y_mps2: float = 0.0
     com_offset_m: float = 0.0
     com_yaw: float = 0.0
-    arm_ratio: float = 1.0
+    weight_by_inertia: float = 1.0
     eccentricity_mps2: float = 0.0
     stiffness: float = 1.0
     undeclared_stiffness: float = 0.0
@@ -63,15 +65,15 @@ def com_offset(h: Hidden, p: Parameters, robot: RobotParameters) -> Hidden:
 
 
 def payload(h: Hidden, p: Parameters, _: RobotParameters) -> Hidden:
-    """A mass m (1 + ratio) by α and by l m d/I: the weight sits at the centre of mass."""
+    """A mass m (1 + ratio) by α, l m d/I and the scrub of tyres: the weight sits at the centre of mass."""
     carried = 1 + p["mass_ratio"]
-    return h._replace(gain_long=h.gain_long / carried, arm_ratio=h.arm_ratio * carried)
+    return h._replace(gain_long=h.gain_long / carried, weight_by_inertia=h.weight_by_inertia * carried)
 
 
 def yaw_inertia(h: Hidden, p: Parameters, _: RobotParameters) -> Hidden:
-    """A yaw inertia I (1 + ratio) by α_yaw and by l m d/I."""
+    """A yaw inertia I (1 + ratio) by α_yaw, l m d/I and what a scrub turns."""
     larger = 1 + p["ratio"]
-    return h._replace(gain_yaw=h.gain_yaw / larger, arm_ratio=h.arm_ratio / larger)
+    return h._replace(gain_yaw=h.gain_yaw / larger, weight_by_inertia=h.weight_by_inertia / larger)
 
 
 def wheel_viscous(h: Hidden, p: Parameters, robot: RobotParameters) -> Hidden:
@@ -103,6 +105,7 @@ CHANGES: dict[str, Change] = {
     "aerodynamic_drag": lambda h, p, _: h._replace(drag_per_m=p["c2_per_m"]),
     "scrub_torque": lambda h, p, _: h._replace(scrub_mps2=p["d0_mps2"]),
     "swivel_friction": lambda h, p, _: h._replace(swivel_mps2=p["s0_mps2"]),
+    "support_friction": lambda h, p, _: h._replace(support_mps2=p["p0_mps2"], support_yaw_mps2=p["d0_mps2"]),
     "yaw_damping": lambda h, p, _: h._replace(damping_per_s=p["d1_per_s"]),
     "wheel_coulomb": lambda h, p, _: h._replace(wheel_coulomb_nm=p["torque_nm"]),
     "wheel_viscous": wheel_viscous,

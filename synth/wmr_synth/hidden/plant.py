@@ -92,14 +92,20 @@ def patch_loss(state: F64, h: Hidden) -> float:
 
 
 @compiled
-def body(state: F64, yaw_share: float, h: Hidden) -> Triple:
-    """(a_long, a_lat, a_turn) of the effects on the body; ``yaw_share`` is α_yaw/α."""
+def body(state: F64, yaw_share: float, carried: float, h: Hidden) -> Triple:
+    """(a_long, a_lat, a_turn) of the effects on the body; ``yaw_share`` is α_yaw/α, and the robot is
+    ``carried`` times as heavy: tyres scrub by the weight on them.
+    """
     v, turn, yaw = state[V_LONG], state[TURN], state[YAW]
     ahead = forms.rolling(h.rolling_mps2, v, h.plain) - h.viscous_per_s * v
     ahead += forms.drag(h.drag_per_m, v, h.plain)
     around = -h.damping_per_s * turn
     if h.scrub_mps2 != 0.0:
-        around -= h.scrub_mps2 * forms.sign(turn, h.plain)
+        around -= h.scrub_mps2 * h.weight_by_inertia * carried * forms.sign(turn, h.plain)
+    if h.support_mps2 != 0.0 or h.support_yaw_mps2 != 0.0:
+        way, turned = forms.trailing(v, turn, h.plain)
+        ahead -= h.support_mps2 * way
+        around -= h.support_yaw_mps2 * h.weight_by_inertia * carried * turned
     across = 0.0
     if h.grade_x_mps2 != 0.0 or h.grade_y_mps2 != 0.0:
         a_x, a_y = forms.slope(h.grade_x_mps2, h.grade_y_mps2, state[X], state[Y], h.plain)
@@ -118,7 +124,7 @@ def com(state: F64, across: float, carried: float, l: float, h: Hidden) -> Pair:
     ``carried`` times as heavy.
     """
     yaw_rate = state[TURN] / l
-    turned = h.com_yaw * h.arm_ratio * carried * (state[V_LONG] * yaw_rate - across)
+    turned = h.com_yaw * h.weight_by_inertia * carried * (state[V_LONG] * yaw_rate - across)
     return h.com_offset_m * yaw_rate**2, -turned
 
 
@@ -139,7 +145,7 @@ def derivative(mode: int, t: float, state: F64, held: Held, c: Coefficients, h: 
     carried = 1.0 + forms.load(h.load_ratio, h.load_s, t, h.plain)
     drive = c.alpha * h.gain_long * grip / carried * (right + left)
     twist = c.alpha_yaw * h.gain_yaw * grip * (right - left)
-    ahead, across, around = body(state, c.alpha_yaw / c.alpha, h)
+    ahead, across, around = body(state, c.alpha_yaw / c.alpha, carried, h)
     com_ahead, com_around = com(state, across, carried, l, h)
     ahead, around = ahead + com_ahead + held[2], around + com_around + held[4]
     speed = average_speed(state, c)

@@ -19,6 +19,7 @@ WORDS = {
     "scrub_torque": _FRICTION.replace("v", "l·yaw_rate"),
     "wheel_coulomb": _FRICTION,
     "swivel_friction": "the corner of u = q·V²/(s0·v²) as u/√(1 + u²)",
+    "support_friction": "v0 of .005 m/s, not .02",
     "slope": "bumpy: on each world axis + .25·|grade|·sin(2π·x/3 m + phase)",
     "actuator_lag": "two poles of half the time constant each",
     "torque_deadzone": "soft: u − δ·tanh(u/δ)",

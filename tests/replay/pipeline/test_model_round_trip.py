@@ -49,6 +49,7 @@ SIZES = {
     "undeclared_skid": {"stiffness_ratio": 0.7},
     "yaw_drift": {"rate_radps": 0.01},
     "swivel_friction": {"s0_mps2": 0.1},
+    "support_friction": {"p0_mps2": 0.15, "d0_mps2": 0.2},
 }
 LEFT = {"undeclared_skid": 0.5, "cornering_stiffness": 0.4}
 """Share of the gap that may be left where it is more than a tenth: the onset of skids is smoothed."""

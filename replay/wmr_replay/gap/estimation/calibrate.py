@@ -27,6 +27,9 @@ from wmr_schemas.signals import Log, ModeTrack
 
 PARAMETERS = ("payload", "yaw_inertia", "cornering_stiffness")
 """Effects that stand for parameters of the robot."""
+SWIVELS = "swivel_friction"
+BY_WEIGHT = (("scrub_torque", "d0_mps2"), ("support_friction", "d0_mps2"))
+"""Sizes that grow with the weight on the axle and fall with the yaw inertia."""
 START_ALPHA = {"payload": {"mass_ratio": 0.0}, "yaw_inertia": {"ratio": 0.0}}
 """α and α_yaw are fitted as a payload and a yaw inertia, from none of either."""
 
@@ -72,6 +75,18 @@ def sticking(rolling: Calibration, log: Log, options: GapOptions) -> Calibration
     return in_rounds(log, start.robot, start.holding, options)
 
 
+def swivelling(rolling: Calibration, log: Log, options: GapOptions) -> Calibration | None:
+    """The calibration with casters whose swivels hold the direction of motion; None where none swings.
+
+    As a column beside a model that knows none, that friction is hardly seen: it starts from a small one.
+    """
+    if not any(rolling.problem.settings.diffusion.swings):
+        return None
+    robot, s0 = rolling.model.robot, options.gates.sticking.swivels_mps2
+    known = ((SWIVELS, {"s0_mps2": s0}),)
+    return in_rounds(log, robot, Extension(base_of(robot), {}, robot.wheel_radius_m or 1.0, known), options)
+
+
 def in_rounds(log: Log, robot: RobotParameters, holding: Extension, options: GapOptions) -> Calibration:
     """The modes identified and the parameters fitted in turns, with the effects that ``holding`` has."""
     noise, start = None, robot
@@ -98,8 +113,8 @@ def beside(unfitted: Extension, holding: Extension) -> Extension:
 
 def held_by(robot: RobotParameters, fitted: Extension) -> Extension:
     """A calibrated robot with what was fitted beside its parameters."""
-    held = tuple((name, size) for name, size in fitted.effects.items() if name not in PARAMETERS)
-    return Extension(base_of(robot), {}, robot.wheel_radius_m or 1.0, held).as_in(fitted)
+    held = beside_parameters(fitted)
+    return Extension(base_of(robot), {}, robot.wheel_radius_m or 1.0, tuple(held.items())).as_in(fitted)
 
 
 def sticks(start: Sticking, rolling: Calibration) -> bool:
@@ -146,10 +161,9 @@ def calibrated(
     spread = np.sqrt(np.diag(robust_covariance(problem, fit)[0]))
     sds = {name: s for (name, _), s in zip(fit.keys, spread, strict=True)}
     extension = fit.extension
-    ahead = 1 + extension.effects["payload"]["mass_ratio"]
-    turning = 1 + extension.effects["yaw_inertia"]["ratio"]
+    ahead, turning = fitted_ratios(extension)
     alpha, alpha_yaw = extension.base.alpha / ahead, extension.base.alpha_yaw / turning
-    changed = replace(robot, alpha=alpha, alpha_yaw=alpha_yaw)
+    changed = replace(robot, alpha=alpha, alpha_yaw=alpha_yaw, yaw_inertia_kgm2=inertia_of(robot, alpha_yaw))
     sd = {"alpha": alpha * sds["payload"] / ahead, "alpha_yaw": alpha_yaw * sds["yaw_inertia"] / turning}
     if "cornering_stiffness" in extension.effects:
         ratio = extension.effects["cornering_stiffness"]["ratio"]
@@ -157,6 +171,38 @@ def calibrated(
         changed = replace(changed, cornering_stiffness_over_epsilon=before * (1 + ratio))
         sd["cornering_stiffness_over_epsilon"] = before * sds["cornering_stiffness"]
     return changed, {key: float(value) for key, value in sd.items() if value > 0}
+
+
+def inertia_of(robot: RobotParameters, alpha_yaw: float) -> float | None:
+    """The yaw inertia about the axle that α_yaw says, l²/(r α_yaw), drives included; None where none is
+    stated.
+
+    A data sheet's may be about the centre of mass, and knows nothing of gears; what a centre of mass ahead of
+    the axle turns goes by it.
+    """
+    if robot.yaw_inertia_kgm2 is None or robot.wheel_radius_m is None or robot.half_track_m is None:
+        return robot.yaw_inertia_kgm2
+    return robot.half_track_m**2 / (robot.wheel_radius_m * alpha_yaw)
+
+
+def beside_parameters(fitted: Extension) -> dict[str, dict[str, float]]:
+    """What was fitted beside the robot's parameters, as it is with these.
+
+    A payload and a yaw inertia, which become α and α_yaw, had changed what the weight on tyres and supports
+    turns.
+    """
+    ahead, turning = fitted_ratios(fitted)
+    held = {name: dict(size) for name, size in fitted.effects.items() if name not in PARAMETERS}
+    for name, key in BY_WEIGHT:
+        if name in held:
+            held[name][key] *= ahead / turning
+    return held
+
+
+def fitted_ratios(extension: Extension) -> tuple[float, float]:
+    """By how much mass and yaw inertia are larger than where the fit started."""
+    effects = extension.effects
+    return 1 + effects["payload"]["mass_ratio"], 1 + effects["yaw_inertia"]["ratio"]
 
 
 def with_rough_alpha(log: Log, settings: GateSettings) -> RobotParameters:

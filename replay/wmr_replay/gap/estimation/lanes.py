@@ -39,7 +39,7 @@ from wmr_schemas.compiled.lean import inlined, lean
 
 
 class Lane(NamedTuple):
-    """What a lane has to itself: input rows (n, 16), θ (25,) and its noise."""
+    """What a lane has to itself: input rows (n, 16), θ (29,) and its noise."""
 
     rows: F64
     theta: F64

@@ -39,7 +39,7 @@ def n_columns(targets: SensitivityTargets) -> int:
 
 
 class StepScratch(NamedTuple):
-    """Memory for difference quotients of a step: the state after it (9,), a changed θ (25,), which is θ
+    """Memory for difference quotients of a step: the state after it (9,), a changed θ (29,), which is θ
     between two quotients, a changed row (16,), and the slopes by the left and the right effort (6,).
     """
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from wmr_replay.effects.measurement import moved, yaw_error
 from wmr_replay.effects.motion import (
+    Carried,
     downhill_left,
     is_held,
     pull_in_skid,
@@ -143,9 +144,9 @@ def responses(row: F64, theta: F64, base: Base) -> tuple[float, float]:
 
 
 @lean
-def loaded_arm(row: F64, theta: F64, base: Base) -> float:
-    """L m/I in 1/m with the load that the robot carries in the row, at its centre of mass."""
-    return float(base.com_yaw_per_m * (1.0 + theta[Theta.LOAD_STEP] * row[Row.LOAD]))
+def carried_in(row: F64, theta: F64, base: Base) -> Carried:
+    """What weighs on the axle with the load that the robot carries in the row, at its centre of mass."""
+    return Carried(base.com_yaw_per_m, 1.0 + theta[Theta.LOAD_STEP] * row[Row.LOAD])
 
 
 @lean
@@ -162,7 +163,7 @@ def rolling(
     dw = turning * (u_right - u_left) + pushed[1] + theta[Theta.EXTRA_YAW] * row[Row.EXTRA_YAW]
     dv += row[Row.LONG_BY_V] * v + row[Row.LONG_BY_W] * w
     dw += row[Row.YAW_BY_V] * v + row[Row.YAW_BY_W] * w
-    return with_body_effects((dv, dw), v, (w, yaw_rate), z[YAW], loaded_arm(row, theta, base), theta)
+    return with_body_effects((dv, dw), v, (w, yaw_rate), z[YAW], carried_in(row, theta, base), theta)
 
 
 @inlined
@@ -214,10 +215,10 @@ def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta:
         by_wheels[2] + row[Row.YAW_BY_V],
         -turning * (right + left) + row[Row.YAW_BY_W],
     )
-    arm = loaded_arm(row, theta, base)
-    v_v, v_w, w_v, w_w = with_body_slopes(given, v, w, l, arm, theta)
+    carried = carried_in(row, theta, base)
+    v_v, v_w, w_v, w_w = with_body_slopes(given, v, w, l, carried, theta)
     (v_yaw, turned), v_lateral = downhill_left(z[YAW], theta), 0.0
-    w_yaw = turning_arm(arm, theta) * turned
+    w_yaw = turning_arm(carried, theta) * turned
     if skids(row[Row.MODE], theta):
         v_w, v_lateral = v_w + z[V_LAT] / l / 3.0, w / l / 3.0
     elif theta[Theta.SWIVEL] != 0.0:

@@ -31,6 +31,7 @@ EFFECTS = {
     "scrub_torque": ShownBy(YAW, TURNING),
     "yaw_damping": ShownBy(YAW, TURNING),
     "swivel_friction": ShownBy(YAW, DIFFERENCE),
+    "support_friction": ShownBy(YAW, TURNING),
     "slope": ShownBy(AHEAD, HEADING),
     "torque_imbalance": ShownBy(YAW, SUM),
     "torque_bias_common": ShownBy(AHEAD, SUM),

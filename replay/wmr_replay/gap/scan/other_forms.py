@@ -27,6 +27,7 @@ from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.arrays import F64, NS_PER_S
 from wmr_schemas.signals import PoseTrack
 
+SUPPORTS = "support_friction"
 POWERS = {
     "rolling_resistance": 0,
     "wheel_coulomb": 0,
@@ -69,11 +70,12 @@ def forms_ahead(extension: Extension, speeds: Speeds, own: MisfitSettings) -> It
     """Those of the resistances ahead and of a bias; also as far as the calibration left a resistance open."""
     v, bias_nm = np.abs(speeds.ahead_mps), held_size("torque_bias_common", extension)
     per_nm = 2 * extension.base.alpha
+    dragging = dragging_mps2(extension, speeds)
     for name, power in POWERS.items():
-        others = held_mps2(extension, v, without=name) + open_mps2(extension, v, without=name)
+        others = held_mps2(extension, v, without=name) + open_mps2(extension, v, without=name) + dragging
         others = np.minimum(others + per_nm * bias_nm, own.most_in_form_mps2)
         yield name, least_squares(v**power, others) / unit_mps2(name, extension)
-    held = np.minimum(held_mps2(extension, v), own.most_in_form_mps2)
+    held = np.minimum(held_mps2(extension, v) + dragging, own.most_in_form_mps2)
     yield "torque_bias_common", bias_nm + abs(float(np.mean(np.sign(speeds.ahead_mps) * held))) / per_nm
 
 
@@ -114,6 +116,13 @@ def held_mps2(extension: Extension, speed_mps: F64, without: str = "") -> F64:
     return np.asarray(sum(each, np.zeros_like(speed_mps)))
 
 
+def dragging_mps2(extension: Extension, speeds: Speeds) -> F64:
+    """What the base model's supports that drag take ahead at the speeds (n,), in m/s²."""
+    size = sum(sizes["p0_mps2"] for name, sizes in extension.known if name == SUPPORTS)
+    v, w = speeds.ahead_mps, extension.base.half_track_m * speeds.yaw_rate_radps
+    return np.asarray(size * np.abs(v) / np.hypot(v, w))
+
+
 def size_of(parameters: Parameters) -> float:
     """The only parameter of a resistance."""
     (size,) = parameters.values()
@@ -140,6 +149,11 @@ def speeds_of(pose: PoseTrack, own: MisfitSettings) -> Speeds:
     ahead, turned = moved / elapsed_s, np.diff(yaw_rad[rows]) / elapsed_s
     moves = np.abs(ahead) > own.least_speed_mps
     return Speeds(ahead[moves], turned[moves])
+
+
+def root_mean_square(x: F64) -> float:
+    """√(mean x²) of x (n,)."""
+    return float(np.sqrt(np.mean(x * x)))
 
 
 def least_squares(x: F64, y: F64) -> float:

@@ -23,8 +23,9 @@ import numpy as np
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.scan.dry_turning import SCRUB, supports_mps2
 from wmr_replay.gap.scan.misfit import ONE_WAY, TURNING, size_of, turning_is_unknown
-from wmr_replay.gap.scan.other_forms import least_squares
+from wmr_replay.gap.scan.other_forms import least_squares, root_mean_square
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX
@@ -33,17 +34,20 @@ from wmr_schemas.terms import COEFFICIENT, Term, parse_term
 IN_DOUBT = (
     "the calibration log does not show well how the torques turn the robot, and alpha_yaw may be off by a "
     "factor of {factor:.3g}: it hardly turns, or something else turns it as well, such as swivel casters "
-    "that swing round, pads that drag or a wheel that lifts. `gap` names no yaw inertia, no formula in "
-    "turning, no yaw damping, scrub or moved centre of mass that turns it no more than this error does, and "
-    "nothing that is not surely more than negligible. Calibrate on a drive that turns, and as calmly as the "
-    "one to be analysed"
+    "that swing round, pads that drag or a wheel that lifts. `gap` names no yaw inertia, {formulas}, no yaw "
+    "damping, scrub or moved centre of mass that turns it no more than this error does, and nothing that is "
+    "not surely more than negligible. Calibrate on a drive that turns, and as calmly as the one to be "
+    "analysed"
 )
 
 
 def doubts(misfit: Mapping[str, float], own: MisfitSettings) -> tuple[str, ...]:
     """What is to be said of a base model with this misfit."""
+    if not turning_is_unknown(misfit, own):
+        return ()
     share = misfit.get("yaw_inertia", 0.0)
-    return (IN_DOUBT.format(factor=1 + share),) if turning_is_unknown(misfit, own) else ()
+    formulas = "no formula" if share > own.doubted_share else "no formula in turning"
+    return (IN_DOUBT.format(factor=1 + share, formulas=formulas),)
 
 
 def with_turning_in_doubt(extension: Extension, binned: BinnedLog) -> Extension:
@@ -55,10 +59,10 @@ def with_turning_in_doubt(extension: Extension, binned: BinnedLog) -> Extension:
     if share <= 0:
         return extension
     left_mps2 = error_mps2(extension, binned)
-    turns = ((name, root_mean_square(unit)) for name, unit in units_of(extension, binned))
+    turns = ((name, root_mean_square(unit)) for name, unit in units_of(extension, binned) if name != SCRUB)
     found = {name: left_mps2 / unit_mps2 for name, unit_mps2 in turns if unit_mps2 > 0}
-    found["scrub_torque"] = scrub_in_error_mps2(extension, binned)
-    held = held_in_doubt(extension, binned.settings.misfit)
+    found[SCRUB] = scrub_in_error_mps2(extension, binned)
+    held = held_in_doubt(extension, binned)
     wider = {
         name: max(size + held.get(name, 0.0), found.get(name, 0.0)) for name, size in extension.misfit.items()
     }
@@ -67,19 +71,24 @@ def with_turning_in_doubt(extension: Extension, binned: BinnedLog) -> Extension:
 
 def scrub_in_error_mps2(extension: Extension, binned: BinnedLog) -> float:
     """The size of the scrub d sgn(yaw_rate) of least squares in the error s α_yaw (u_right − u_left)."""
-    columns = columns_of(binned)
-    jump = Term("yaw", ("sgn(yaw_rate)",)).evaluate(columns)
+    jump, difference = dict(units_of(extension, binned))[SCRUB], columns_of(binned)["effort_diff"]
     share = extension.misfit.get("yaw_inertia", 0.0)
-    return share * extension.base.alpha_yaw * abs(least_squares(jump, columns["effort_diff"]))
+    return share * extension.base.alpha_yaw * abs(least_squares(jump, difference))
 
 
-def held_in_doubt(extension: Extension, own: MisfitSettings) -> dict[str, float]:
+def held_in_doubt(extension: Extension, binned: BinnedLog) -> dict[str, float]:
     """What twice the error of α_yaw leaves open of the effects in turning that the base holds: it is another
-    one on another drive.
+    one on another drive. Supports that drag may do so in the form of each other effect.
     """
-    share = own.other_drives * extension.misfit.get("yaw_inertia", 0.0)
+    share = binned.settings.misfit.other_drives * extension.misfit.get("yaw_inertia", 0.0)
     shares = dict.fromkeys(TURNING, share) | dict.fromkeys(ONE_WAY, min(share, 1.0))
-    return {name: shares[name] * size_of(sizes) for name, sizes in extension.known if name in shares}
+    dragging = supports_mps2(extension, binned)
+    units = dict(units_of(extension, binned))
+    found = {name: share * abs(least_squares(unit, dragging)) for name, unit in units.items()}
+    for name, sizes in extension.known:
+        if name in shares:
+            found[name] = found.get(name, 0.0) + shares[name] * size_of(sizes)
+    return found
 
 
 def error_mps2(extension: Extension, binned: BinnedLog) -> float:
@@ -100,16 +109,12 @@ def terms_in_doubt(extension: Extension, binned: BinnedLog, names: Iterable[str]
 
 
 def units_of(extension: Extension, binned: BinnedLog) -> Iterator[tuple[str, F64]]:
-    """The effects in proportion to the yaw rate, with l·dyaw_rate/dt (n,) in m/s² per size on the log.
+    """The effects that brake or help turns, with l·dyaw_rate/dt (n,) in m/s² per size on the log.
 
     For a centre of mass it is (l m/I) v·yaw_rate, with l m/I = α_yaw/(α l), which needs no masses.
     """
     columns, base = columns_of(binned), extension.base
     arm_per_m = base.alpha_yaw / (base.alpha * base.half_track_m)
+    yield SCRUB, Term("yaw", ("sgn(yaw_rate)",)).evaluate(columns)
     yield "yaw_damping", base.half_track_m * columns["yaw_rate"]
     yield "com_offset", arm_per_m * columns["v"] * columns["yaw_rate"]
-
-
-def root_mean_square(x: F64) -> float:
-    """√(mean x²) of x (n,)."""
-    return float(np.sqrt(np.mean(x * x)))

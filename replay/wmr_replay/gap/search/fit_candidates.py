@@ -313,12 +313,14 @@ def fine_costs(problem: Problem, fitted: Iterable[FittedCandidate]) -> list[floa
 
 
 def is_ruled_out(problem: Problem, fit: Fit, name: str) -> bool:
-    """Whether its fit rules an effect out: at an end of what it may be, an answer to the disturbance, or a
-    slip that lasts as only a load does.
+    """Whether its fit rules an effect out: at an end of what it may be, an answer to the disturbance, a slip
+    that lasts as only a load does, or a size beside which the motion runs away.
     """
     if name == "slip_interval":
         interval = fit.extension.effects[name]
         return interval["end_s"] - interval["start_s"] > problem.settings.candidates.longest_slip_s
+    if not np.isfinite(fit.psi[problem.train]).all():
+        return True
     return is_at_an_end(problem, fit, name) or only_answers(problem, fit, name)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from wmr_replay.gap.estimation.calibrate import (
     Calibration,
+    beside_parameters,
     calibrated,
     fit_parameters,
     to_calibrate,
@@ -60,7 +61,7 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
         start, alone = robot, to_calibrate(problem, robot).as_in(selection.fit.extension)
         noise, whole = fit_parameters(problem, replace(alone, effects={**alone.effects, **rests}), noise)
         robot, _ = calibrated(start, problem, whole)
-        rests = {name: dict(whole.extension.effects[name]) for name in rests}
+        rests = beside_parameters(whole.extension)
     holding = replace(to_calibrate(problem, robot), known=tuple(rests.items())).as_in(whole.extension)
     beside = gauss_newton(problem, holding, noise, problem.settings.budget.last_steps)
     changed, sd = calibrated(robot, problem, beside)
@@ -98,12 +99,15 @@ def leaving_more(selection: Selection, noise: NoiseModel, own: MisfitSettings) -
     """The channels on which the base model leaves more on this log than ``noise``: what it leaves on its own
     calibration log, what casters do while they swing included. Every one where that is not known; none where
     both together leave no more, since what casters and pads leave ahead on one drive, they leave in turning
-    on another; never in turning where the calibration log does not show how the torques turn the robot.
+    on another; never in turning where the calibration log does not show how the torques turn the robot, and
+    on none where it hardly does: what else turns it brakes it, too.
 
     What makes the disturbance on the calibration log, such as a caster that swings round, has a form: another
     one on each drive. A formula of it is no finding.
     """
     now, misfit = selection.base.noise, selection.base.extension.misfit
+    if misfit.get("yaw_inertia", 0.0) > own.doubted_share:
+        return frozenset()
     may_leave = set(FORMULA_CHANNELS) - ({"yaw"} if turning_is_unknown(misfit, own) else set())
     left = noise.disturbance_longitudinal_mps2_rthz, noise.disturbance_yaw_mps2_rthz
     if None in left:

@@ -263,6 +263,10 @@ class StickingSettings:
     least_gain: float = 50.0
     """Least gain in deviance over the calibration without it. Judgement: three parameters more cost 25."""
 
+    swivels_mps2: float = 0.04
+    """Friction of the swivels of casters that a calibration starts from, m/s². Judgement: the engine's loaded
+    casters have .03 to .09."""
+
 
 @dataclass(frozen=True)
 class SideslipSettings:

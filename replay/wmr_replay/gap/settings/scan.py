@@ -114,13 +114,17 @@ class MisfitSettings:
     casters leave .045 on the engine's robots; bearings of a robot of 4 kg left .09 in another form."""
 
     doubted_share: float = 0.5
-    """From this error of α_yaw on, a lag must be shown ahead. Judgement: what else turns the robot is then .7
-    times as large as what the torques ask for; swivel casters under load leave .3 to 15, plates, balls and
-    light casters .03."""
+    """From this error of α_yaw on, a lag must be shown ahead, and no formula is said. Judgement: what else
+    turns the robot is then .7 times as large as what the torques ask for; swivel casters under load leave .3
+    to 15, plates, balls and light casters .03."""
 
     on_swivels: float = 0.05
     """Error of α_yaw at least where the base model holds a friction of swivels. Judgement: on eleven of the
     engine's robots it is 1 to 9 %, by the engine's own inertias."""
+
+    dry_form: float = 0.25
+    """Share to which the form of a held dry friction in turning is known. Judgement: on strangers' robots on
+    balls, a skid and one caster α_yaw is off by .1 to .2 where friction takes .4 to .7 of the torques."""
 
     same_disturbance: float = 1.25
     """Densities of a disturbance on two logs that differ by less, a factor, are the same. Statistics: on 90 s
