@@ -59,7 +59,7 @@ def test_a_calibration_finds_the_yaw_gain_and_the_friction_of_a_robot_that_stick
     assert found.robot.alpha_yaw == pytest.approx(ALPHA_YAW, rel=0.1)
     assert held.parameters["d0_mps2"] == pytest.approx(0.3, rel=0.1)
     assert held.sign_change_mps <= 0.005
-    assert found.misfit["yaw_inertia"] < 0.1
+    assert found.misfit["yaw_inertia"] < 0.25  # a quarter of the torques' share that the friction takes
 
 
 def test_the_friction_holds_the_robot_until_the_torques_overcome_it():

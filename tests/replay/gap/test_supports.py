@@ -110,10 +110,18 @@ def test_balls_that_roll_are_not_held():
 
 
 def test_alpha_yaw_is_known_no_better_than_the_form_of_what_takes_its_torques():
-    """By hand on a log on which the torques answer the friction alone: all of them, so that a quarter is."""
-    log = on_balls(0.2)
+    """By hand, in a steady turn on the spot: the torques do nothing but hold the friction, all of them."""
+    t_s, w = np.arange(2000) * 0.01, 0.2
+    unknown, apart = np.full(2000, np.nan), np.full(2000, D0 / ALPHA_YAW / 2)
+    t_ns = np.rint(1e9 * t_s).astype(np.int64)
+    turning = PoseTrack(t_ns, 0 * t_s, 0 * t_s, w / L * t_s)
+    log = Log(turning, TorqueTrack(t_ns, -apart, apart, unknown, unknown), None, ROBOT)
+    base = base_of(ROBOT.overridden_by(RobotParameters(alpha=ALPHA, alpha_yaw=ALPHA_YAW)))
     seen = bin_log(log, GateSettings())
-    holding = Extension(base_of(ROBOT.overridden_by(RobotParameters(alpha=ALPHA, alpha_yaw=ALPHA_YAW))))
-    assert open_by_form(holding, seen, 0.25) == 0.0
-    found = calibrate(log, ROBOT)
-    assert 0.08 < found.misfit["yaw_inertia"] < 0.25
+    for name, sizes in (
+        ("support_friction", {"p0_mps2": P0, "d0_mps2": D0}),
+        ("scrub_torque", {"d0_mps2": D0}),
+    ):
+        holding = Extension(base, {}, known=((name, sizes),))
+        assert open_by_form(holding, seen, 0.25) == pytest.approx(0.25, rel=0.03)
+    assert open_by_form(Extension(base), seen, 0.25) == 0.0
