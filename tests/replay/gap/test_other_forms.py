@@ -308,3 +308,11 @@ def test_a_gain_beside_a_payload_is_a_yaw_inertia_where_that_is_open(open_to, na
             "payload": {"mass_ratio": pytest.approx(0.25)},
             "yaw_inertia": {"ratio": -0.5},
         }
+
+
+@pytest.mark.parametrize(("ratio", "rest"), [(0.03, True), (-0.03, True), (0.09, False)])
+def test_a_weight_put_on_meanwhile_is_a_rest_up_to_what_is_one_of_a_payload(ratio, rest):
+    loaded = replace(PLATES, misfit=NONE | {"payload": 0.01})
+    loaded = loaded.with_effect("load_step", {"mass_ratio": ratio, "t0_s": 20.0})
+    assert is_rest("load_step", loaded, OWN) is rest
+    assert not is_rest("load_step", replace(loaded, misfit={}), OWN)

@@ -36,6 +36,7 @@ IN_TURNING = ("yaw_inertia", "yaw_damping")
 TURNING = ("yaw_damping", "com_offset", "scrub_torque")
 """Effects that resist or help a turn in proportion to the yaw rate, or by its sign."""
 SWIVELS = "swivel_friction"
+LOADED = "load_step"
 TURNING_TORQUE = "torque_bias_differential"
 """A torque that turns the robot: α_yaw says what it accelerates."""
 ONE_WAY = ("torque_imbalance", TURNING_TORQUE)
@@ -97,9 +98,14 @@ def hidden_by_answer(ratios: tuple[float, float], name: str, own: MisfitSettings
 
 
 def is_rest(name: str, extension: Extension, own: MisfitSettings) -> bool:
-    """Whether a fitted effect is no larger than what the base model leaves on its calibration log."""
+    """Whether a fitted effect is no larger than what the base model leaves on its calibration log; of a
+    weight put on meanwhile, than what it leaves of a payload.
+    """
+    sizes = extension.effects[name]
+    if name == LOADED:
+        name, sizes, extension = "payload", {"mass_ratio": sizes["mass_ratio"]}, extension.without(name)
     least = floor_of(name, extension, own)
-    return least > 0 and size_of(extension.effects[name]) <= least
+    return least > 0 and size_of(sizes) <= least
 
 
 def is_slight_term(name: str, extension: Extension, binned: BinnedLog, own: MisfitSettings) -> bool:
