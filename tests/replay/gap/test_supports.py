@@ -4,6 +4,7 @@ The robot's oracle adds up the dry forces at two points that slide along with th
 form that the analysis fits nor its distance from the axle.
 """
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -125,3 +126,14 @@ def test_alpha_yaw_is_known_no_better_than_the_form_of_what_takes_its_torques():
         holding = Extension(base, {}, known=((name, sizes),))
         assert open_by_form(holding, seen, 0.25) == pytest.approx(0.25, rel=0.03)
     assert open_by_form(Extension(base), seen, 0.25) == 0.0
+
+
+def test_a_stated_yaw_inertia_gives_way_to_the_one_that_alpha_yaw_says():
+    """By hand: wheels of radius r turn an inertia I by l²/(r I); a data sheet's is about another point."""
+    stated = replace(ROBOT, mass_kg=1 / (0.1 * ALPHA), yaw_inertia_kgm2=0.3)
+    found = calibrate(on_balls(0.0), stated)
+    inertia_kgm2 = L**2 / (0.1 * ALPHA_YAW)
+    assert found.robot.yaw_inertia_kgm2 == pytest.approx(inertia_kgm2, rel=0.02)
+    known_to = found.robot_sd["alpha_yaw"] / found.robot.alpha_yaw
+    assert found.robot_sd["yaw_inertia_kgm2"] / inertia_kgm2 == pytest.approx(known_to, rel=0.05)
+    assert calibrate(on_balls(0.0), ROBOT).robot.yaw_inertia_kgm2 is None

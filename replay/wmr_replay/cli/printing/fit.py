@@ -84,11 +84,11 @@ def rows(model: "Model") -> Iterator[tuple[str, str, str, str]]:
 
 
 def effect_rows(model: "Model") -> Iterator[tuple[str, str, str, str]]:
-    """Fitted effects, such as a wheel's scale."""
+    """Fitted effects, such as a wheel's scale; those that a base model on torques holds have no interval."""
     for effect in model.effects:
         for key, value in effect.parameters.items():
             unit = declared(effect.name).units.get(key, "") if effect.name in catalogue() else ""
-            yield f"{effect.name} {key}", *interval(value, effect.sd.get(key), "as given"), unit_of(unit)
+            yield f"{effect.name} {key}", *interval(value, effect.sd.get(key), "held"), unit_of(unit)
 
 
 def interval(value: float | str, sd: float | None, without: str) -> tuple[str, str]:

@@ -163,8 +163,11 @@ def calibrated(
     extension = fit.extension
     ahead, turning = fitted_ratios(extension)
     alpha, alpha_yaw = extension.base.alpha / ahead, extension.base.alpha_yaw / turning
-    changed = replace(robot, alpha=alpha, alpha_yaw=alpha_yaw, yaw_inertia_kgm2=inertia_of(robot, alpha_yaw))
     sd = {"alpha": alpha * sds["payload"] / ahead, "alpha_yaw": alpha_yaw * sds["yaw_inertia"] / turning}
+    changed = replace(robot, alpha=alpha, alpha_yaw=alpha_yaw)
+    if (inertia_kgm2 := inertia_of(robot, alpha_yaw)) is not None:
+        changed = replace(changed, yaw_inertia_kgm2=inertia_kgm2)
+        sd["yaw_inertia_kgm2"] = inertia_kgm2 * sds["yaw_inertia"] / turning
     if "cornering_stiffness" in extension.effects:
         ratio = extension.effects["cornering_stiffness"]["ratio"]
         before = robot.cornering_stiffness_over_epsilon or 0.0
@@ -174,14 +177,14 @@ def calibrated(
 
 
 def inertia_of(robot: RobotParameters, alpha_yaw: float) -> float | None:
-    """The yaw inertia about the axle that α_yaw says, l²/(r α_yaw), drives included; None where none is
-    stated.
+    """The yaw inertia about the axle that α_yaw says in place of a stated one, l²/(r α_yaw), drives included;
+    None where none is stated, or without the wheels' radius.
 
     A data sheet's may be about the centre of mass, and knows nothing of gears; what a centre of mass ahead of
     the axle turns goes by it.
     """
     if robot.yaw_inertia_kgm2 is None or robot.wheel_radius_m is None or robot.half_track_m is None:
-        return robot.yaw_inertia_kgm2
+        return None
     return robot.half_track_m**2 / (robot.wheel_radius_m * alpha_yaw)
 
 
