@@ -111,5 +111,5 @@ def test_casters_that_turn_freely_are_not_held():
 
 def test_alpha_yaw_beside_a_friction_of_swivels_is_known_no_better_than_its_form():
     found = calibrate(on_casters(0.08), ROBOT)
-    assert found.misfit["yaw_inertia"] == pytest.approx(0.05)
+    assert found.misfit["yaw_inertia"] == pytest.approx(0.12)
     assert calibrate(on_casters(0.0), ROBOT).misfit["yaw_inertia"] < 0.03

@@ -118,9 +118,17 @@ class MisfitSettings:
     turns the robot is then .7 times as large as what the torques ask for; swivel casters under load leave .3
     to 15, plates, balls and light casters .03."""
 
-    on_swivels: float = 0.05
-    """Error of α_yaw at least where the base model holds a friction of swivels. Judgement: on eleven of the
-    engine's robots it is 1 to 9 %, by the engine's own inertias."""
+    on_casters: float = 0.12
+    """Error of α_yaw at least on casters that carry load. Judgement: on sixteen of the engine's robots it is 1
+    to 18 %, by the engine's own inertias, on five of them 8 or more."""
+
+    least_swivels_mps2: float = 0.005
+    """Friction of swivels that shows such casters, m/s². Judgement: on robots whose casters turn lightly a
+    calibration finds .0005 to .004, and α_yaw to 1 %."""
+
+    least_swings_mps2_rthz: float = 0.015
+    """Disturbance in turning of casters that swing which shows them, (m/s²)/√Hz. Judgement: light ones leave
+    .004 to .013, loaded ones .015 to .09."""
 
     dry_form: float = 0.25
     """Share to which the form of a held dry friction in turning is known. Judgement: on strangers' robots on
