@@ -119,8 +119,8 @@ class MisfitSettings:
     to 15, plates, balls and light casters .03."""
 
     on_casters: float = 0.12
-    """Error of α_yaw at least on casters that carry load. Judgement: on sixteen of the engine's robots it is 1
-    to 18 %, by the engine's own inertias, on five of them 8 or more."""
+    """Error of α_yaw at least on casters that carry load. Judgement: on sixteen of the engine's robots it is
+    1 to 18 %, by the engine's own inertias, on five of them 8 or more."""
 
     least_swivels_mps2: float = 0.005
     """Friction of swivels that shows such casters, m/s². Judgement: on robots whose casters turn lightly a
