@@ -13,6 +13,7 @@ import pytest
 from wmr_replay.effects.motion import Carried, by_supports, with_body_effects
 from wmr_replay.effects.theta import N_THETA, Theta
 from wmr_replay.gap import calibrate
+from wmr_replay.gap.estimation.calibrate import beside_parameters
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
@@ -62,6 +63,23 @@ def test_a_weight_at_the_centre_makes_tyres_and_supports_hold_a_turn_more_and_an
     assert turned(1.0, **{place: D0}, MASS_RATIO=0.3) == pytest.approx(1.3 * alone)
     assert turned(1.0, **{place: D0}, YAW_INERTIA=0.25) == pytest.approx(alone / 1.25)
     assert turned(1.2, **{place: D0}) == pytest.approx(1.2 * alone)
+
+
+def test_what_became_of_the_gains_is_taken_out_of_what_the_weight_holds():
+    """By hand: at the gains of a payload of .2 and an inertia of .25, d₀ is that of the robot so loaded."""
+    base = base_of(ROBOT.overridden_by(RobotParameters(alpha=ALPHA, alpha_yaw=ALPHA_YAW)))
+    fitted = {
+        "payload": {"mass_ratio": 0.2},
+        "yaw_inertia": {"ratio": 0.25},
+        "scrub_torque": {"d0_mps2": 0.1},
+        "support_friction": {"p0_mps2": 0.3, "d0_mps2": 0.2},
+        "viscous_drag": {"c1_per_s": 0.05},
+    }
+    held = beside_parameters(Extension(base, fitted))
+    assert held["scrub_torque"]["d0_mps2"] == pytest.approx(0.1 * 1.2 / 1.25)
+    assert held["support_friction"] == pytest.approx({"p0_mps2": 0.3, "d0_mps2": 0.2 * 1.2 / 1.25})
+    assert held["viscous_drag"] == {"c1_per_s": 0.05}
+    assert held.keys() == fitted.keys() - {"payload", "yaw_inertia"}
 
 
 @lru_cache
