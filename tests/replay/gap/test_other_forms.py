@@ -246,9 +246,11 @@ def test_channels_on_which_a_base_leaves_more_than_on_its_own_log(noise, own_log
 
 
 @pytest.mark.parametrize("own_log", [OWN_LOG, NoiseModel()])
-def test_no_formula_in_turning_where_the_calibration_does_not_show_alpha_yaw(own_log):
+def test_no_formula_where_the_calibration_does_not_show_alpha_yaw(
+    own_log,
+):
     louder = CALM._replace(long_sd_mps2=0.08, yaw_sd_mps2=0.08)
-    for open_to, leaving in ((0.07, {"longitudinal", "yaw"}), (0.09, {"longitudinal"})):
+    for open_to, leaving in ((0.07, {"longitudinal", "yaw"}), (0.09, {"longitudinal"}), (0.26, set())):
         assert leaving_more(chosen(louder, misfit={"yaw_inertia": open_to}), own_log, OWN) == leaving
 
 

@@ -46,7 +46,7 @@ def doubts(misfit: Mapping[str, float], own: MisfitSettings) -> tuple[str, ...]:
     if not turning_is_unknown(misfit, own):
         return ()
     share = misfit.get("yaw_inertia", 0.0)
-    formulas = "no formula" if share > own.doubted_share else "no formula in turning"
+    formulas = "no formula" if share > own.no_formula_share else "no formula in turning"
     return (IN_DOUBT.format(factor=1 + share, formulas=formulas),)
 
 

@@ -106,7 +106,7 @@ def leaving_more(selection: Selection, noise: NoiseModel, own: MisfitSettings) -
     one on each drive. A formula of it is no finding.
     """
     now, misfit = selection.base.noise, selection.base.extension.misfit
-    if misfit.get("yaw_inertia", 0.0) > own.doubted_share:
+    if misfit.get("yaw_inertia", 0.0) > own.no_formula_share:
         return frozenset()
     may_leave = set(FORMULA_CHANNELS) - ({"yaw"} if turning_is_unknown(misfit, own) else set())
     left = noise.disturbance_longitudinal_mps2_rthz, noise.disturbance_yaw_mps2_rthz

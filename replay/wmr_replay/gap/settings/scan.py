@@ -114,9 +114,13 @@ class MisfitSettings:
     casters leave .045 on the engine's robots; bearings of a robot of 4 kg left .09 in another form."""
 
     doubted_share: float = 0.5
-    """From this error of α_yaw on, a lag must be shown ahead, and no formula is said. Judgement: what else
-    turns the robot is then .7 times as large as what the torques ask for; swivel casters under load leave .3
-    to 15, plates, balls and light casters .03."""
+    """From this error of α_yaw on, a lag must be shown ahead. Judgement: what else turns the robot is then .7
+    times as large as what the torques ask for; swivel casters under load leave .3 to 15, plates, balls and
+    light casters .03."""
+
+    no_formula_share: float = 0.25
+    """From this error of α_yaw on, no formula is said. Judgement: friction takes nearly all of the torques in
+    turning, and what turns the robot beside them brakes it, in forms of its own."""
 
     on_casters: float = 0.12
     """Error of α_yaw at least on casters that carry load. Judgement: on sixteen of the engine's robots it is
