@@ -298,7 +298,8 @@ def resized(world: World, left: float, right: float) -> None:
     """Other radii of the tyres."""
     for tyre, side in world.tyres():
         ratio = right if side > 0 else left
-        tyre.size = [tyre.size[0] * ratio, tyre.size[1] * ratio, tyre.size[2]]
+        wide = tyre.type == mujoco.mjtGeom.mjGEOM_CYLINDER  # its second size is half its width
+        tyre.size = [tyre.size[0] * ratio, tyre.size[1] * (1.0 if wide else ratio), tyre.size[2]]
 
 
 def wheel_size(world: World) -> Hidden:

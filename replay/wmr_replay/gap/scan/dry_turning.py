@@ -11,14 +11,13 @@ known no better than to s·rms(f)/rms(α_yaw (u_right − u_left)) on the calibr
 
 import numpy as np
 
+from wmr_replay.gap.estimation.sticking import SCRUB
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.other_forms import SUPPORTS, root_mean_square
 from wmr_schemas.arrays import F64
 from wmr_schemas.terms import Term
-
-SCRUB = "scrub_torque"
 
 
 def dry_mps2(extension: Extension, binned: BinnedLog) -> F64:

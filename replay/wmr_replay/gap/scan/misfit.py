@@ -17,6 +17,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from wmr_replay.gap.estimation.calibrate import SWIVELS
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.model.binned_log import BinnedLog
@@ -35,7 +36,6 @@ IN_TURNING = ("yaw_inertia", "yaw_damping")
 """How a robot answers a turning torque, and what brakes its turns: a base model may leave much of both."""
 TURNING = ("yaw_damping", "com_offset", "scrub_torque")
 """Effects that resist or help a turn in proportion to the yaw rate, or by its sign."""
-SWIVELS = "swivel_friction"
 LOADED = "load_step"
 TURNING_TORQUE = "torque_bias_differential"
 """A torque that turns the robot: α_yaw says what it accelerates."""

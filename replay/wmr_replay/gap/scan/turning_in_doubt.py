@@ -20,10 +20,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from wmr_replay.gap.estimation.sticking import SCRUB
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.scan.dry_turning import SCRUB, supports_mps2
+from wmr_replay.gap.scan.dry_turning import supports_mps2
 from wmr_replay.gap.scan.misfit import ONE_WAY, TURNING, size_of, turning_is_unknown
 from wmr_replay.gap.scan.other_forms import least_squares, root_mean_square
 from wmr_replay.gap.settings.scan import MisfitSettings
