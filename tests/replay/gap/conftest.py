@@ -1,4 +1,4 @@
-"""The modules of the benchmark worlds, which lie outside the packages."""
+"""The modules of the benchmark's worlds and engine, which lie outside the packages."""
 
 import importlib
 
@@ -12,3 +12,12 @@ def worlds():
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(BENCH))
         yield lambda name: importlib.import_module(f"worlds.{name}")
+
+
+@pytest.fixture(scope="module")
+def engine():
+    """``engine(name)``: a module of bench/engine."""
+    pytest.importorskip("mujoco")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(BENCH))
+        yield lambda name: importlib.import_module(f"engine.{name}")

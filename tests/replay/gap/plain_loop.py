@@ -115,3 +115,11 @@ def candidate(
 ) -> FittedCandidate:
     """A fitted candidate that lowers the deviance by ``gain``."""
     return FittedCandidate(ScoredCandidate(name, {"size": size}, gain, 1), fit, gain, score, p)  # type: ignore[arg-type]
+
+
+def seen_precisely(poses, torques, rng, robot):
+    """The log at 100 Hz of poses (3, n), seen to 1 mm and 1 mrad, and torques (2, n), left and right."""
+    n = poses.shape[1]
+    none, t_ns = np.full(n, np.nan), np.arange(n, dtype=np.int64) * 10_000_000
+    seen = poses + 1e-3 * rng.normal(size=poses.shape)
+    return Log(PoseTrack(t_ns, *seen), TorqueTrack(t_ns, *torques, none, none), None, robot)

@@ -1,22 +1,10 @@
 """The oracle of engine logs: what it must say where the answer is known from the physics."""
 
-import importlib
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 pytest.importorskip("mujoco")
-BENCH = Path(__file__).parents[3] / "bench"
 SECONDS = 20.0
-
-
-@pytest.fixture(scope="module")
-def engine():
-    """``engine(name)``: a module of bench/engine."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(BENCH))
-        yield lambda name: importlib.import_module(f"engine.{name}")
 
 
 @pytest.fixture(scope="module")

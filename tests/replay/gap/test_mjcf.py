@@ -34,15 +34,6 @@ EFFECTS = {
 """The engine's mechanism, and the effect that gap names for it."""
 
 
-@pytest.fixture(scope="module")
-def engine():
-    """``engine(name)``: a module of bench/engine."""
-    pytest.importorskip("mujoco")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(BENCH))
-        yield lambda name: importlib.import_module(f"engine.{name}")
-
-
 def model_of(*effects, **provenance):
     found = tuple(Effect(*effect) for effect in effects)
     return Model(ROBOT, effects=found, provenance=Provenance(**provenance))

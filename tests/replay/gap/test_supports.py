@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from tests.replay.gap.plain_loop import seen_precisely
 
 from wmr_replay.effects.motion import Carried, by_supports, with_body_effects
 from wmr_replay.effects.theta import N_THETA, Theta
@@ -107,9 +108,7 @@ def on_balls(friction_mps2: float) -> Log:
         w += STEP_S * (ALPHA_YAW * asked[1] + twist)
         at = pose[2] + turned / L * STEP_S / 2
         pose = pose + STEP_S * np.array([v * np.cos(at), v * np.sin(at), (turned + w) / 2 / L])
-    poses += 1e-3 * rng.normal(size=(3, ROWS))
-    none, t_ns = np.full(ROWS, np.nan), np.arange(ROWS, dtype=np.int64) * 10_000_000
-    return Log(PoseTrack(t_ns, *poses), TorqueTrack(t_ns, *torques, none, none), None, ROBOT)
+    return seen_precisely(poses, torques, rng, ROBOT)
 
 
 def test_a_calibration_finds_the_gains_of_a_robot_on_balls_that_drag():

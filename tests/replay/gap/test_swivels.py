@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from tests.replay.gap.plain_loop import seen_precisely
 
 from wmr_replay.effects.swivels import by_swivels
 from wmr_replay.effects.theta import N_THETA, Theta
@@ -16,7 +17,7 @@ from wmr_replay.gap import calibrate
 from wmr_replay.gap.model.candidates import EVERY, LIBRARY
 from wmr_replay.identify.terms import Moving, Terms, extra_accelerations
 from wmr_schemas.robot import RobotParameters
-from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
+from wmr_schemas.signals import Log
 
 S0 = 0.1
 ALPHA, ALPHA_YAW, L, STEP_S, ROWS = 0.1, 0.12, 0.25, 0.001, 9000
@@ -91,9 +92,7 @@ def on_casters(friction_mps2: float) -> Log:
         w += STEP_S * (ALPHA_YAW * asked[1] + push)
         at = pose[2] + turned / L * STEP_S / 2
         pose = pose + STEP_S * np.array([v * math.cos(at), v * math.sin(at), (turned + w) / 2 / L])
-    poses += 1e-3 * rng.normal(size=(3, ROWS))
-    none, t_ns = np.full(ROWS, np.nan), np.arange(ROWS, dtype=np.int64) * 10_000_000
-    return Log(PoseTrack(t_ns, *poses), TorqueTrack(t_ns, *torques, none, none), None, ROBOT)
+    return seen_precisely(poses, torques, rng, ROBOT)
 
 
 def test_a_calibration_finds_the_yaw_gain_of_a_robot_whose_casters_turn_hard():
