@@ -228,6 +228,7 @@ def parse_effect(path: Path, index: int, entry: object) -> Effect:
     values, sd = split_sd(path, place, table)
     wanted = parameters_of(path, place, name)
     check_keys(path, f"{place} ({name})", values, wanted)
+    values = (catalogue()[name].absent if name in catalogue() else {}) | values
     missing = [key for key in wanted if key not in values]
     if missing:
         raise InvalidFile(path, f"{place} ({name})", f"lacks {', '.join(missing)}")

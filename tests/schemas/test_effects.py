@@ -30,7 +30,7 @@ DOCUMENTED = {
     "drive_gain": ("ratio",),
     "rolling_resistance": ("c0_mps2",),
     "viscous_drag": ("c1_per_s",),
-    "aerodynamic_drag": ("c2_per_m",),
+    "aerodynamic_drag": ("c2_per_m", "e2_per_m"),
     "scrub_torque": ("d0_mps2",),
     "yaw_damping": ("d1_per_s",),
     "wheel_coulomb": ("torque_nm",),

@@ -105,6 +105,14 @@ def test_drag_has_the_terminal_speed_of_its_exponent():
     assert plain.v_long_mps[-1] == pytest.approx(5**0.5, rel=1e-6)
 
 
+def test_a_medium_that_brakes_turns_does_so_by_the_whole_speed():
+    spinning = moved(effect("aerodynamic_drag", c2_per_m=0.0, e2_per_m=0.4), start=(0.0, 1 / L), plain=True)
+    t_s = spinning.t_ns / NS_PER_S
+    assert L * spinning.yaw_rate_radps == pytest.approx(1 / (1 + 0.4 * t_s), rel=1e-6)
+    ahead = moved(effect("aerodynamic_drag", c2_per_m=0.0, e2_per_m=0.4), start=(3.0, 1e-3 / L), plain=True)
+    assert L * ahead.yaw_rate_radps == pytest.approx(1e-3 * np.exp(-0.4 * 3.0 * t_s), rel=1e-5)
+
+
 def test_viscous_drag_and_yaw_damping_decay_exponentially():
     both = effect("viscous_drag", c1_per_s=0.3), effect("yaw_damping", d1_per_s=0.7)
     motion = moved(*both, start=(1.5, 0.8))

@@ -143,7 +143,7 @@ def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, carried:
     """``given`` (dv_long/dt, dw/dt) in m/s² plus the effects on the body; ``turning`` is (w, yaw_rate).
 
     dv_long/dt: −c₁ v − c₂ v|v| + d yaw_rate² − c₀ sgn v + g_x cos ψ + g_y sin ψ
-    dw/dt:      −d₁ w − k d q (v yaw_rate − g_left) − d₀ q sgn w
+    dw/dt:      −d₁ w − e₂ V w − k d q (v yaw_rate − g_left) − d₀ q sgn w
 
     with q of :func:`carried_share`, the arm k d q of :func:`turning_arm` and g_left of
     :func:`downhill_left`: tyres at the axle hold against the pull of a slope on a mass that lies d ahead of
@@ -153,7 +153,7 @@ def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, carried:
     com = turning_arm(carried, theta)
     dv -= theta[Theta.VISCOUS] * v + theta[Theta.DRAG] * v * abs(v)
     dv += theta[Theta.COM_OFFSET] * yaw_rate**2
-    dw -= theta[Theta.YAW_DAMPING] * w
+    dw -= (theta[Theta.YAW_DAMPING] + theta[Theta.DRAG_YAW] * math.hypot(v, w)) * w
     dw -= com * v * yaw_rate
     if theta[Theta.ROLLING] != 0.0:
         dv -= theta[Theta.ROLLING] * sign(v, friction_speed(theta))
@@ -170,6 +170,16 @@ def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, carried:
 
 
 @lean
+def drag_slopes(v: float, w: float, theta: F64) -> Pair:
+    """Slopes of −e₂ w √(v² + w²), what a medium brakes turns, by v and w."""
+    speed = math.hypot(v, w)
+    if speed == 0.0:
+        return 0.0, 0.0
+    across = theta[Theta.DRAG_YAW] / speed
+    return -across * v * w, -across * (v * v + 2 * w * w)
+
+
+@lean
 def with_body_slopes(given: Four, v: float, w: float, l: float, carried: Carried, theta: F64) -> Four:
     """``given`` slopes of (dv_long/dt by v, by w, dw/dt by v, by w) and those of the effects on the body."""
     v_v, v_w, w_v, w_w = given
@@ -178,6 +188,9 @@ def with_body_slopes(given: Four, v: float, w: float, l: float, carried: Carried
     v_w += 2 * theta[Theta.COM_OFFSET] * yaw_rate / l
     w_v += -com * yaw_rate
     w_w += -theta[Theta.YAW_DAMPING] - com * v / l
+    if theta[Theta.DRAG_YAW] != 0.0:
+        by_v, by_w = drag_slopes(v, w, theta)
+        w_v, w_w = w_v + by_v, w_w + by_w
     if theta[Theta.ROLLING] != 0.0:
         v_v -= theta[Theta.ROLLING] * steepness(v, friction_speed(theta))
     if theta[Theta.SCRUB] != 0.0:

@@ -45,6 +45,7 @@ class Theta(IntEnum):
     SWIVEL = 26
     SUPPORT = 27
     SUPPORT_YAW = 28
+    DRAG_YAW = 29
 
 
 N_THETA = len(Theta)
@@ -55,6 +56,7 @@ PLACES: dict[tuple[str, str], Theta] = {
     ("rolling_resistance", "c0_mps2"): Theta.ROLLING,
     ("viscous_drag", "c1_per_s"): Theta.VISCOUS,
     ("aerodynamic_drag", "c2_per_m"): Theta.DRAG,
+    ("aerodynamic_drag", "e2_per_m"): Theta.DRAG_YAW,
     ("scrub_torque", "d0_mps2"): Theta.SCRUB,
     ("yaw_damping", "d1_per_s"): Theta.YAW_DAMPING,
     ("swivel_friction", "s0_mps2"): Theta.SWIVEL,
@@ -89,7 +91,7 @@ REPLACED = (Theta.UNDECLARED,)
 
 
 def theta_of(effects: Iterable[tuple[str, Values]], wheel_radius_m: float) -> F64:
-    """θ (29,) of effects by name and parameters."""
+    """θ (30,) of effects by name and parameters."""
     theta = np.zeros(N_THETA)
     for name, values in effects:
         for key, value in values.items():

@@ -62,7 +62,8 @@ class Parameter:
     ``step`` is a change that alters the prediction little (used for difference quotients); the fit keeps to
     [``least``, ``most``], and ``why`` gives the reason for these bounds. ``role`` tells a size from a time or
     a place at which the effect acts. A ``start`` is a value that the scan of a user's effect holds while it
-    solves for the parameters without one, in which the effect is linear; a fit then frees it.
+    solves for the parameters without one, in which the effect is linear; a fit then frees it. A value for
+    ``absent`` says that the parameter need not be: a file may leave it out, and it makes no effect alone.
     """
 
     unit: str
@@ -73,6 +74,7 @@ class Parameter:
     role: Role = "size"
     domain: Domain = Domain.ANY
     start: float | None = None
+    absent: float | None = None
 
     def __post_init__(self) -> None:
         if not (self.step > 0 and self.least < self.most):
@@ -197,6 +199,11 @@ class EffectDeclaration:
     def units(self) -> dict[str, str]:
         """Unit of each parameter."""
         return {key: parameter.unit for key, parameter in self.parameters.items()}
+
+    @property
+    def absent(self) -> dict[str, float]:
+        """The parameters that need not be, with their values where they are not."""
+        return {key: p.absent for key, p in self.parameters.items() if p.absent is not None}
 
     @property
     def bounds(self) -> dict[str, tuple[float, float]]:

@@ -1,5 +1,7 @@
 """Resistances on the body: accelerations against the motion, ahead and in yaw."""
 
+from dataclasses import replace
+
 from wmr_schemas.effects.declaration import INFINITE, EffectDeclaration, Exact, Parameter, Range, Separable
 from wmr_schemas.effects.manoeuvres import Manoeuvre
 
@@ -40,9 +42,9 @@ EFFECTS = (
     ),
     EffectDeclaration(
         "aerodynamic_drag",
-        "longitudinal",
-        "−c2·v·|v|",
-        {"c2_per_m": _resisting("1/m")},
+        "both",
+        "−c2·v·|v| on dv_long/dt, −e2·w·V on dw/dt, w = l·yaw_rate, V² = v² + w²",
+        {"c2_per_m": _resisting("1/m"), "e2_per_m": replace(_resisting("1/m"), absent=0.0)},
         acts_on="acceleration",
         number=5,
         ranges={"c2_per_m": Range(0.05, 0.3)},

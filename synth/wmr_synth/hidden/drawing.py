@@ -41,7 +41,7 @@ def draw_effect(
     A place, which has no range, is NaN until the path decides it.
     """
     effect = declared(name)
-    values = {
+    values = effect.absent | {
         key: draw(name, effect.ranges[key], rng, robot, duration_s)
         for key in effect.parameters
         if key in effect.ranges

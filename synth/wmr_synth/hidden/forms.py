@@ -74,6 +74,15 @@ def drag(c2: float, v: float, plain: bool) -> float:
 
 
 @compiled
+def drag_around(e2: float, v: float, turn: float, plain: bool) -> float:
+    """−e₂ turn V^.9, V² = v² + turn², equal to the plain −e₂ turn V at 1 m/s."""
+    if e2 == 0.0:
+        return 0.0
+    speed = math.hypot(v, turn)
+    return -e2 * turn * (speed if plain else speed ** (DRAG_EXPONENT - 1.0))
+
+
+@compiled
 def dead_zone(u: float, threshold: float, plain: bool) -> float:
     """U − δ tanh(u/δ), which tends to the plain sgn(u)·max(|u| − δ, 0)."""
     if threshold == 0.0:

@@ -99,7 +99,7 @@ def body(state: F64, yaw_share: float, carried: float, h: Hidden) -> Triple:
     v, turn, yaw = state[V_LONG], state[TURN], state[YAW]
     ahead = forms.rolling(h.rolling_mps2, v, h.plain) - h.viscous_per_s * v
     ahead += forms.drag(h.drag_per_m, v, h.plain)
-    around = -h.damping_per_s * turn
+    around = forms.drag_around(h.drag_yaw_per_m, v, turn, h.plain) - h.damping_per_s * turn
     if h.scrub_mps2 != 0.0:
         around -= h.scrub_mps2 * h.weight_by_inertia * carried * forms.sign(turn, h.plain)
     if h.support_mps2 != 0.0 or h.support_yaw_mps2 != 0.0:

@@ -15,7 +15,7 @@ AS_CANDIDATE = "as its candidate"
 _FRICTION = "sgn(v) as v/√(v² + .005²)"
 WORDS = {
     "rolling_resistance": f"Stribeck: −c0·sgn(v)·(1 + .25·exp(−(v/.15)²)), {_FRICTION}",
-    "aerodynamic_drag": "−c2·sgn(v)·|v|^1.9",
+    "aerodynamic_drag": "−c2·sgn(v)·|v|^1.9 on dv_long/dt, −e2·w·V^0.9 on dw/dt",
     "scrub_torque": _FRICTION.replace("v", "l·yaw_rate"),
     "wheel_coulomb": _FRICTION,
     "swivel_friction": "the corner of u = q·V²/(s0·v²) as u/√(1 + u²)",

@@ -53,7 +53,7 @@ EFFECTS = {
     "drive_gain": {Theta.DRIVE_GAIN: -0.2},
     "rolling_resistance": {Theta.ROLLING: 0.2},
     "viscous_drag": {Theta.VISCOUS: 0.2},
-    "aerodynamic_drag": {Theta.DRAG: 0.2},
+    "aerodynamic_drag": {Theta.DRAG: 0.2, Theta.DRAG_YAW: 0.6},
     "scrub_torque": {Theta.SCRUB: 0.1},
     "yaw_damping": {Theta.YAW_DAMPING: 0.6},
     "wheel_coulomb": {Theta.WHEEL_COULOMB: 0.3},
@@ -89,6 +89,7 @@ def written(_, z, p, mode):
     dv += at(Theta.GRADE_X) * np.cos(yaw) + at(Theta.GRADE_Y) * np.sin(yaw)
     dv += at(Theta.COM_OFFSET) * yaw_rate**2
     dw -= at(Theta.SCRUB) * sgn(w) + at(Theta.YAW_DAMPING) * w
+    dw -= at(Theta.DRAG_YAW) * w * np.sqrt(v**2 + w**2)
     across = at(Theta.GRADE_Y) * np.cos(yaw) - at(Theta.GRADE_X) * np.sin(yaw)
     held = v * yaw_rate - across  # what the tyres hold at the axle, by mass
     dw -= BASE.com_yaw_per_m * at(Theta.COM_OFFSET) * mass / inertia * held

@@ -12,11 +12,14 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model, gauss_newton
 from wmr_replay.gap.evidence.placebo import placebo_p
 from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.candidates import candidate_of
 from wmr_replay.gap.model.extension import WEIGHTS
 from wmr_replay.gap.result.detectable import minimum_detectable, unseen
 from wmr_replay.gap.result.effects import merged_effects
 from wmr_replay.gap.scan.local_effects import sizes_of
+from wmr_replay.gap.scan.library import linear_score
 from wmr_replay.gap.scan.scan import LibraryScan, scan
+from wmr_replay.gap.scan.score import NormalEquations
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.model_file import Effect
 from wmr_schemas.signals import Log
@@ -48,6 +51,29 @@ def test_a_scan_promises_an_effect_at_about_its_size(hide, key, share):
     (scored,) = (one for one in scan(problem, extension, fit.noise).scored if one.name == effect["name"])
     assert scored.gain > 20
     assert scored.parameters[key] == pytest.approx(effect["parameters"][key], rel=share)
+
+
+@pytest.mark.parametrize("e2_per_m", [0.0, 0.4])
+def test_a_medium_is_promised_with_what_it_brakes_of_turns_or_without(e2_per_m):
+    hide = f"aerodynamic_drag:c2_per_m=.2,e2_per_m={e2_per_m}"
+    log, _ = hidden_log("patrol", seed=90_107, hide=[hide], noise="rtk")
+    problem, extension = problem_of(log)
+    scored = {one.name: one for one in scan(problem, extension, fit_model(problem, extension).noise).scored}
+    medium = scored["aerodynamic_drag"]
+    assert medium.gain > 20
+    assert medium.parameters["c2_per_m"] == pytest.approx(0.2, rel=0.35)
+    assert medium.parameters["e2_per_m"] == pytest.approx(e2_per_m, abs=0.25)
+    assert medium.parameters["e2_per_m"] >= 0
+
+
+def test_a_parameter_that_may_be_absent_is_left_out_where_its_sign_is_none():
+    columns = {"c2_per_m": 2.0, "e2_per_m": -1.5}
+    equations = NormalEquations(np.array(list(columns.values())), np.diag([10.0, 5.0]))
+    scored = linear_score(equations, candidate_of("aerodynamic_drag"), [0, 1], 0.1)
+    assert scored.parameters == pytest.approx({"c2_per_m": 0.2, "e2_per_m": 0.0})
+    assert scored.gain == pytest.approx(2.0 * 0.2)
+    backward = NormalEquations(np.array([-2.0, 1.5]), np.diag([10.0, 5.0]))
+    assert linear_score(backward, candidate_of("aerodynamic_drag"), [0, 1], 0.1).gain == 0
 
 
 def test_a_placebo_explains_less_than_an_effect_and_more_than_none():

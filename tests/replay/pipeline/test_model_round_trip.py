@@ -26,7 +26,7 @@ SIZES = {
     "drive_gain": {"ratio": 0.3},
     "rolling_resistance": {"c0_mps2": 0.2},
     "viscous_drag": {"c1_per_s": 0.2},
-    "aerodynamic_drag": {"c2_per_m": 0.2},
+    "aerodynamic_drag": {"c2_per_m": 0.2, "e2_per_m": 0.3},
     "scrub_torque": {"d0_mps2": 0.15},
     "yaw_damping": {"d1_per_s": 0.6},
     "wheel_coulomb": {"torque_nm": 0.3},

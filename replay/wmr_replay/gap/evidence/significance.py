@@ -19,8 +19,15 @@ LEVER_ARM = "pose_lever_arm"
 
 
 def size_columns(fit: Fit, name: str) -> list[int]:
-    """Columns of an effect's parameters that say how large it is, without those that say when and where."""
-    return [j for j, (owner, key) in enumerate(fit.keys) if owner == name and not is_place(name, key)]
+    """Columns of an effect's parameters that make it one and say how large it is, without those that say when
+    and where.
+    """
+    absent = candidate_of(name).absent
+    return [
+        j
+        for j, (owner, key) in enumerate(fit.keys)
+        if owner == name and key not in absent and not is_place(name, key)
+    ]
 
 
 def correlation(problem: Problem, fit: Fit, name: str) -> float:

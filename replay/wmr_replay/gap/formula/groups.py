@@ -80,7 +80,7 @@ class Group:
 
 TWINS = {
     "viscous_drag": ("longitudinal:v",),
-    "aerodynamic_drag": ("longitudinal:v*abs(v)",),
+    "aerodynamic_drag": ("longitudinal:v*abs(v)", "yaw:yaw_rate*abs(yaw_rate)"),
     "rolling_resistance": ("longitudinal:sgn(v)",),
     "payload": ("longitudinal:effort_sum",),
     "drive_gain": ("longitudinal:effort_sum",),

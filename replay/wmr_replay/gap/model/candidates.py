@@ -1,7 +1,10 @@
 """The candidates of a scan, out of the catalogue's declarations."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+
+import numpy as np
 
 from wmr_replay.effects.theta import Theta, places_of
 from wmr_schemas.effects import (
@@ -47,6 +50,15 @@ class Candidate:
     def free(self) -> tuple[str, ...]:
         """Names of its parameters."""
         return tuple(self.declaration.parameters)
+
+    @cached_property
+    def absent(self) -> dict[str, float]:
+        """The parameters that need not be, with their values where they are not."""
+        return self.declaration.absent
+
+    def size_of(self, parameters: Mapping[str, float]) -> float:
+        """The size of the effect by the parameters that make it one; of two components, their length."""
+        return float(np.hypot.reduce([size for key, size in parameters.items() if key not in self.absent]))
 
     @cached_property
     def places(self) -> tuple[Theta, ...]:

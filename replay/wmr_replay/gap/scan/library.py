@@ -1,6 +1,6 @@
 """The library's candidates as sensitivity columns, and their scores."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,10 +76,15 @@ class LibraryColumns:
             yield candidate, list(range(column, column + k))
             column += k
 
+    @staticmethod
+    def leading(candidate: Candidate, columns: list[int]) -> list[int]:
+        """The columns of the parameters that make an effect."""
+        return [j for key, j in zip(candidate.free, columns, strict=True) if key not in candidate.absent]
+
     def information(self, normal: NormalEquations) -> dict[str, tuple[float, float]]:
         """By effect, the value at which its best seen column stands, and the column's ΨᵀΨ."""
         diagonal = np.diag(normal.G)
-        seen = {c.name: (1.0, float(diagonal[js].min())) for c, js in self.groups()}
+        seen = {c.name: (1.0, float(diagonal[self.leading(c, js)].min())) for c, js in self.groups()}
         first = sum(len(c.places) for c in self.linear)
         for j, (candidate, value, _) in enumerate(self.changes, first):
             this = (1.0 if value is None else value, float(diagonal[j]))
@@ -120,15 +125,30 @@ def effort_changes(
 def linear_score(
     normal: NormalEquations, candidate: Candidate, columns: list[int], wheel_radius_m: float
 ) -> ScoredCandidate:
-    """The best linear size of an effect; its gain is 0 where the sign is not a physical one."""
-    gain, delta = normal.gain(columns)
-    sizes = (from_place(p, float(d), wheel_radius_m) for p, d in zip(candidate.places, delta, strict=True))
-    parameters = dict(zip(candidate.free, sizes, strict=True))
-    outside = any(not low <= parameters[key] <= high for key, (low, high) in candidate.bounds.items())
+    """The best linear size of an effect; its gain is 0 where the sign is not a physical one. A parameter that
+    may be absent is left out where its sign is none.
+    """
+    by_key = dict(zip(candidate.free, columns, strict=True))
+    gain, parameters = linear_best(normal, candidate, by_key, wheel_radius_m)
+    outside = {key for key, (low, high) in candidate.bounds.items() if not low <= parameters[key] <= high}
+    if outside and outside <= candidate.absent.keys():
+        kept = {key: column for key, column in by_key.items() if key not in outside}
+        gain, parameters = linear_best(normal, candidate, kept, wheel_radius_m)
+        parameters, outside = {**candidate.absent, **parameters}, set()
     if outside and candidate.declaration.search.clipped:
         parameters = {k: float(np.clip(v, *candidate.bounds[k])) for k, v in parameters.items()}
-        outside = False
+        outside = set()
     return ScoredCandidate(candidate.name, parameters, 0.0 if outside else gain, 1)
+
+
+def linear_best(
+    normal: NormalEquations, candidate: Candidate, columns: Mapping[str, int], wheel_radius_m: float
+) -> tuple[float, dict[str, float]]:
+    """The gain and the sizes of least squares of some parameters of an effect, by their columns."""
+    gain, delta = normal.gain(list(columns.values()))
+    places = dict(zip(candidate.free, candidate.places, strict=True))
+    sizes = zip(columns, delta, strict=True)
+    return gain, {key: from_place(places[key], float(size), wheel_radius_m) for key, size in sizes}
 
 
 def effort_score(

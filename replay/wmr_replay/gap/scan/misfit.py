@@ -51,7 +51,7 @@ def misfit_of(problem: Problem, fit: Fit) -> dict[str, float]:
         information = scanned.unit_information.get(one.name, (0.0, 0.0))[1]
         if one.name in IN_PARAMETERS or not may_be_rest(one.name) or not information > 0:
             continue
-        size, open_to = size_of(one.parameters), own.in_sd / float(np.sqrt(information))
+        size, open_to = size_of(one.name, one.parameters), own.in_sd / float(np.sqrt(information))
         unseen = size <= open_to
         most = negligible(one.name, fit.extension, own) if unseen else np.inf
         found[one.name] = min(size + open_to, most)
@@ -112,7 +112,7 @@ def is_rest(name: str, extension: Extension, own: MisfitSettings) -> bool:
     if name == LOADED:
         name, sizes, extension = "payload", {"mass_ratio": sizes["mass_ratio"]}, extension.without(name)
     least = floor_of(name, extension, own)
-    return least > 0 and size_of(sizes) <= least
+    return least > 0 and size_of(name, sizes) <= least
 
 
 def is_slight_term(name: str, extension: Extension, binned: BinnedLog, own: MisfitSettings) -> bool:
@@ -162,9 +162,9 @@ def withholds_a_rest(name: str, problem: Problem, extension: Extension, own: Mis
     return power - float(np.sum(asked * acting)) <= known_to * power
 
 
-def size_of(parameters: Mapping[str, float]) -> float:
-    """The size of an effect; of one with two components, their length."""
-    return float(np.hypot.reduce(list(parameters.values())))
+def size_of(name: str, parameters: Mapping[str, float]) -> float:
+    """The size of an effect or a term."""
+    return candidate_of(name).size_of(parameters)
 
 
 def floor_of(name: str, extension: Extension, own: MisfitSettings) -> float:
@@ -188,7 +188,7 @@ def floor_of(name: str, extension: Extension, own: MisfitSettings) -> float:
 def finds_what_matters(extension: Extension, own: MisfitSettings, *, but: str = "") -> bool:
     """Whether an effect of the extension, but for one of them, is more than negligible."""
     found = ((name, sizes) for name, sizes in extension.effects.items() if name != but)
-    return any(size_of(sizes) > negligible(name, extension, own) for name, sizes in found)
+    return any(size_of(name, sizes) > negligible(name, extension, own) for name, sizes in found)
 
 
 def misfit_beside(extension: Extension, misfit: Mapping[str, float], own: MisfitSettings) -> dict[str, float]:

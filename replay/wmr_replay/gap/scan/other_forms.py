@@ -124,9 +124,8 @@ def dragging_mps2(extension: Extension, speeds: Speeds) -> F64:
 
 
 def size_of(parameters: Parameters) -> float:
-    """The only parameter of a resistance."""
-    (size,) = parameters.values()
-    return size
+    """The first parameter of a resistance: its size ahead."""
+    return next(iter(parameters.values()))
 
 
 def unit_mps2(name: str, extension: Extension) -> float:

@@ -88,7 +88,7 @@ def held_in_doubt(extension: Extension, binned: BinnedLog) -> dict[str, float]:
     found = {name: share * abs(least_squares(unit, dragging)) for name, unit in units.items()}
     for name, sizes in extension.known:
         if name in shares:
-            found[name] = found.get(name, 0.0) + shares[name] * size_of(sizes)
+            found[name] = found.get(name, 0.0) + shares[name] * size_of(name, sizes)
     return found
 
 

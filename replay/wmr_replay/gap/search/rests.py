@@ -148,5 +148,5 @@ def may_be_held(name: str) -> bool:
 def that_matter(model: Model, settings: MisfitSettings) -> tuple[str, ...]:
     """The effects of a calibrated model that matter in practice."""
     extension = Extension(base_of(model.robot), {}, model.robot.wheel_radius_m or 1.0)
-    held = ((effect.name, size_of(effect.parameters)) for effect in model.effects)
+    held = ((effect.name, size_of(effect.name, effect.parameters)) for effect in model.effects)
     return tuple(name for name, size in held if size >= negligible(name, extension, settings))
