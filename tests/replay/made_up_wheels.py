@@ -44,8 +44,10 @@ def motion(t_s, wheels, effects: Parameters):
         since_s = t_s - LEAD_S
         lost = np.where((since_s >= p["start_s"]) & (since_s < p["end_s"]), 1 - p["loss"], 1.0)
         left, right = left * lost, right * lost
-    w = (right - left) / 2 / (HALF_TRACK_M * (1 + of(effects, "effective_track", "ratio")))
-    v = (right + left) / 2
+    w, v = (right - left) / 2, (right + left) / 2
+    wide = np.abs(v) / np.maximum(np.abs(v) + 3 * np.abs(w), 1e-9)
+    w = w / (1 + of(effects, "wide_turn_scrub", "ratio") * (wide - 0.5))
+    w = w / (HALF_TRACK_M * (1 + of(effects, "effective_track", "ratio")))
     v = v * (1 - of(effects, "turning_slip", "s_per_m") * np.abs(w) * HALF_TRACK_M)
     v = v - of(effects, "slip_ratio", "seconds") * np.gradient(v, STEP_S)
     lat = -of(effects, "icr_offset", "offset_m") * w - of(effects, "lateral_slip", "seconds") * v * w

@@ -54,7 +54,8 @@ DOCUMENTED = {
     "yaw_drift": ("rate_radps",),
 }
 HELD = {"swivel_friction": ("s0_mps2",), "support_friction": ("p0_mps2", "d0_mps2")}
-"""Effects that a base model may hold, and that no analysis names."""
+WHEEL_HELD = {"wide_turn_scrub": ("ratio",)}
+"""Effects that a base model may hold, and that no analysis names: on torques, and on wheel speeds."""
 WHEEL_SPEED = {
     "wheel_scale": ("ratio",),
     "wheel_scale_difference": ("ratio",),
@@ -106,6 +107,7 @@ UNIT_BY_SUFFIX = {
 QUANTITIES = {"wheel_radius", "wheel_inertia", "torque_constant", "half_track", "back_emf", "epsilon"} | {
     "lateral_mass",
     "pose_clock_offset",
+    "encoder_delay",
     "constant_slip_ratio",
     "slip_in_turning",
 }
@@ -113,13 +115,16 @@ QUANTITIES = {"wheel_radius", "wheel_inertia", "torque_constant", "half_track", 
 
 
 def test_the_catalogue_is_the_documented_one() -> None:
-    assert {name: tuple(form.parameters) for name, form in EFFECTS.items()} == DOCUMENTED | WHEEL_SPEED | HELD
+    assert {
+        name: tuple(form.parameters) for name, form in EFFECTS.items()
+    } == DOCUMENTED | WHEEL_SPEED | HELD | WHEEL_HELD
 
 
 def test_each_base_model_has_its_effects() -> None:
     assert list(effects_of("torque")) == [*DOCUMENTED, *HELD]
     assert list(named_of("torque")) == list(DOCUMENTED)
-    assert set(effects_of("wheel_speed")) == set(WHEEL_SPEED) | ON_BOTH
+    assert set(effects_of("wheel_speed")) == set(WHEEL_SPEED) | ON_BOTH | set(WHEEL_HELD)
+    assert set(named_of("wheel_speed")) == set(WHEEL_SPEED) | ON_BOTH
     assert {effect.name for effect in built_in("torque")} == {*DOCUMENTED, *HELD}
     assert {effect.name for effect in BUILT_IN if effect.needs_commands} == COMMANDED
 
@@ -153,7 +158,7 @@ def test_each_parameters_unit_is_the_one_in_its_name() -> None:
 def test_numbers_are_given_once_and_their_order_is_that_of_the_table() -> None:
     numbers = [effect.number for effect in (EFFECTS | BEYOND).values()]
     assert sorted(numbers) == list(range(len(numbers)))
-    assert list(EFFECTS) == [*DOCUMENTED, *WHEEL_SPEED, *HELD]
+    assert list(EFFECTS) == [*DOCUMENTED, *WHEEL_SPEED, *HELD, *WHEEL_HELD]
 
 
 def test_what_is_confounded_or_separable_is_an_effect_or_a_known_quantity() -> None:

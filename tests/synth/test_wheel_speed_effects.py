@@ -33,6 +33,7 @@ SIZES = {
     "wheel_scale": {"ratio": 0.05},
     "wheel_scale_difference": {"ratio": 0.015},
     "effective_track": {"ratio": 0.15},
+    "wide_turn_scrub": {"ratio": 0.3},
     "icr_offset": {"offset_m": 0.1},
     "lateral_slip": {"seconds": 0.15},
     "turning_slip": {"s_per_m": 0.4},
@@ -75,6 +76,13 @@ def speeds(log):
     return (right + left) / 2, (right - left) / 2, 1 / 200.0
 
 
+def wider(name, p, mean, half):
+    """The track, by the robot's, of the rims' mean (n,) and half difference (n,)."""
+    wide = np.abs(mean) / np.maximum(np.abs(mean) + 3 * np.abs(half), 1e-9)
+    by = {"effective_track": 1.0, "wide_turn_scrub": wide - 0.5}.get(name, 0.0)
+    return 1 + p.get("ratio", 0.0) * by
+
+
 def travelled(log, name, p):
     """Poses (3, n) out of wheel speeds, by the base model with one effect of the wheels or of slip."""
     mean, half, dt = speeds(log)
@@ -90,7 +98,7 @@ def travelled(log, name, p):
         x, y = (np.interp(age, seconds(log, log.pose.t_ns), c) for c in (log.pose.x_m, log.pose.y_m))
         loss = np.where(np.hypot(x - p["x_m"], y - p["y_m"]) < p["radius_m"], p["loss"], 0.0)
     mean, half = mean * (1 - loss), half * (1 - loss)
-    rate = half / L / (1 + p["ratio"] if name == "effective_track" else 1)
+    rate = half / L / wider(name, p, mean, half)
     v, lateral = mean, np.zeros(len(mean))
     if name == "icr_offset":
         lateral = -p["offset_m"] * rate
@@ -229,7 +237,7 @@ def test_a_hidden_loss_of_grip_is_slipping_in_the_truth():
     lost = made("slip_interval", plain=True).truth
     inside = (lost.t_ns > 6.2e9) & (lost.t_ns < 8.8e9) & (np.abs(lost.v_long_mps) > 0.2)
     assert np.mean(lost.mode[inside] == 2) > 0.9
-    for name in ("lateral_slip", "turning_slip", "slip_ratio", "slope_slip", "icr_offset"):
+    for name in ("lateral_slip", "turning_slip", "slip_ratio", "slope_slip", "icr_offset", "wide_turn_scrub"):
         assert set(made(name, plain=True).truth.mode.tolist()) == {0}, name
 
 

@@ -151,7 +151,7 @@ EFFECTS = (
         models=WHEEL_SPEED,
         ranges={"delay_s": Range(0.03, 0.15)},
         exact=(
-            Exact(("pose_delay", "pose_clock_offset"), driven_by=("wheel_speed",)),
+            Exact(("pose_delay", "pose_clock_offset", "encoder_delay"), driven_by=("wheel_speed",)),
             Exact(("pose_delay", "input_delay", "pose_clock_offset"), driven_by=("command",)),
         ),
         relevant=0.03,
@@ -180,5 +180,17 @@ EFFECTS = (
         taken_for=ContactMode.SLIPPING,
         ranges={"radius_m": Range(0.5, 1.2), "loss": Range(0.3, 0.7)},
         separable=(Separable(("slip_interval",), Manoeuvre.TWICE),),
+    ),
+    EffectDeclaration(
+        "wide_turn_scrub",
+        "yaw",
+        "half_track_m·(1 + ratio·(g − ½)), g = |v|/(|v| + 3·|w|), w half the difference of the rims' speeds",
+        {"ratio": _ratio(-1.0, 1.9, "a track that turns double or take away has another form")},
+        acts_on="rolling",
+        number=47,
+        models=WHEEL_SPEED,
+        ranges={"ratio": Range(0.05, 0.2)},
+        relevant=0.1,
+        held_only=True,
     ),
 )

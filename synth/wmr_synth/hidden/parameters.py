@@ -103,7 +103,9 @@ CHANGES: dict[str, Change] = {
     "drive_gain": drive_gain,
     "rolling_resistance": lambda h, p, _: h._replace(rolling_mps2=p["c0_mps2"]),
     "viscous_drag": lambda h, p, _: h._replace(viscous_per_s=p["c1_per_s"]),
-    "aerodynamic_drag": lambda h, p, _: h._replace(drag_per_m=p["c2_per_m"], drag_yaw_per_m=p.get("e2_per_m", 0.0)),
+    "aerodynamic_drag": lambda h, p, _: h._replace(
+        drag_per_m=p["c2_per_m"], drag_yaw_per_m=p.get("e2_per_m", 0.0)
+    ),
     "scrub_torque": lambda h, p, _: h._replace(scrub_mps2=p["d0_mps2"]),
     "swivel_friction": lambda h, p, _: h._replace(swivel_mps2=p["s0_mps2"]),
     "support_friction": lambda h, p, _: h._replace(support_mps2=p["p0_mps2"], support_yaw_mps2=p["d0_mps2"]),

@@ -31,6 +31,7 @@ WORDS = {
 }
 """Forms other than the candidate's."""
 ROLLING_WORDS = {
+    "wide_turn_scrub": "g = 1 − (2/π)·arctan(3·|w|/|v|)",
     "lateral_slip": "builds up over .1 m of way, as a tyre's does",
     "turning_slip": "|yaw_rate| as yaw_rate·tanh(yaw_rate/.05)",
     "slip_ratio": "the acceleration through a lag of .05 s",

@@ -17,6 +17,7 @@ class RollingHidden(NamedTuple):
     right_scale: float = 1.0
     left_scale: float = 1.0
     track: float = 1.0
+    wide_turns: float = 0.0
     icr_offset_m: float = 0.0
     lateral_slip_s: float = 0.0
     turning_slip_s_per_m: float = 0.0
@@ -69,6 +70,7 @@ ROLLING_CHANGES: dict[str, Callable[[RollingHidden, Parameters], RollingHidden]]
     "wheel_scale": wheel_scale,
     "wheel_scale_difference": wheel_scale_difference,
     "effective_track": lambda h, p: h._replace(track=1 + p["ratio"]),
+    "wide_turn_scrub": lambda h, p: h._replace(wide_turns=p["ratio"]),
     "icr_offset": lambda h, p: h._replace(icr_offset_m=p["offset_m"]),
     "lateral_slip": lambda h, p: h._replace(lateral_slip_s=p["seconds"]),
     "turning_slip": lambda h, p: h._replace(turning_slip_s_per_m=p["s_per_m"]),

@@ -9,6 +9,8 @@ from wmr_schemas.compiled import compiled
 
 SOFT_TURN_RADPS = 0.05
 """The hidden turning slip starts with yaw_rate·tanh(yaw_rate/.05) in place of |yaw_rate|."""
+WIDE_BY = 3.0
+"""Half the rims' difference counts so many times as much as their mean for how wide a turn is."""
 MOVING_MPS = 0.05
 """The hidden drift on a slope acts in proportion to tanh(rim speed/.05 m/s)."""
 STILL_MPS = 0.01
@@ -26,6 +28,18 @@ def turning_share(k: float, yaw_rate: float, half_track_m: float, plain: bool) -
         return 0.0
     turning = abs(yaw_rate) if plain else yaw_rate * math.tanh(yaw_rate / SOFT_TURN_RADPS)
     return k * half_track_m * turning
+
+
+@compiled
+def widened_by_turns(ratio: float, v: float, w: float, plain: bool) -> float:
+    """The track by that of a turn half-way between one on the spot and the widest, of the rims' mean v and
+    half their difference w: 1 + ratio·(g − ½), g = 1 − (2/π)·arctan(3 |w|/|v|); plain |v|/(|v| + 3 |w|).
+    """
+    if ratio == 0.0 or (v == 0.0 and w == 0.0):
+        return 1.0
+    ahead, around = abs(v), WIDE_BY * abs(w)
+    wide = ahead / (ahead + around) if plain else 1.0 - math.atan2(around, ahead) / (0.5 * math.pi)
+    return 1.0 + ratio * (wide - 0.5)
 
 
 @compiled

@@ -59,6 +59,7 @@ ROUND_S = 0.1
 N_ITERATIONS, N_NEWTON = 8, 6
 Pair = tuple[float, float]
 Triple = tuple[float, float, float]
+Four = tuple[float, float, float, float]
 
 
 @compiled
@@ -74,9 +75,9 @@ def grip_lost(t: float, state: F64, h: RollingHidden) -> float:
 @compiled
 def gripped(
     rims: Pair, rough: Pair, dt: float, lost: float, drift_mps: float, state: F64, rig: Rig, h: RollingHidden
-) -> Triple:
-    """(v_long*, l_e·yaw_rate*) of the rims (right, left), and the slip ahead that is the robot's own by a
-    hidden effect.
+) -> Four:
+    """(v_long*, l_e·yaw_rate*) of the rims (right, left), and what of their mean and of half their difference
+    is the robot's own slip by a hidden effect.
 
     ``rough`` are the slips by uneven ground, ``drift_mps`` a slope's drift ahead.
     """
@@ -90,7 +91,8 @@ def gripped(
         state[DEFLECTED] += grown
         ahead -= h.slip_ratio_s * grown / dt
     ahead += drift_mps
-    return ahead + rough[0], half + rough[1], mean - ahead
+    around = half / rolling_forms.widened_by_turns(h.wide_turns, mean, half, h.plain)
+    return ahead + rough[0], around + rough[1], mean - ahead, half - around
 
 
 @compiled
@@ -165,7 +167,7 @@ def slide(  # noqa: PLR0913, PLR0917 – compiled
     aside = gate * (h.drift_y_mps * cosine - h.drift_x_mps * sine)
     lost = grip_lost(t, state, h)
     bumps = uneven * state[ROUGH_LONG], uneven * state[ROUGH_TURN]
-    v_wanted, turn_wanted, own = gripped(rims, bumps, dt, lost, ahead, state, rig, h)
+    v_wanted, turn_wanted, own, own_turn = gripped(rims, bumps, dt, lost, ahead, state, rig, h)
     yaw_rate = state[TURN] / rig.half_track_m
     carried = state[V_LAT] * yaw_rate + push[0]
     work[0] = state[V] + dt * carried
@@ -190,4 +192,4 @@ def slide(  # noqa: PLR0913, PLR0917 – compiled
     state[Y] += along * math.sin(heading) + across * math.cos(heading)
     state[YAW] += turned
     state[SLIP_R], state[SLIP_L] = rims[0] - state[V] - state[TURN], rims[1] - state[V] + state[TURN]
-    state[LOST_R], state[LOST_L] = state[SLIP_R] - own, state[SLIP_L] - own
+    state[LOST_R], state[LOST_L] = state[SLIP_R] - own - own_turn, state[SLIP_L] - own + own_turn

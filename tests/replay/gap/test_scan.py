@@ -16,8 +16,8 @@ from wmr_replay.gap.model.candidates import candidate_of
 from wmr_replay.gap.model.extension import WEIGHTS
 from wmr_replay.gap.result.detectable import minimum_detectable, unseen
 from wmr_replay.gap.result.effects import merged_effects
-from wmr_replay.gap.scan.local_effects import sizes_of
 from wmr_replay.gap.scan.library import linear_score
+from wmr_replay.gap.scan.local_effects import sizes_of
 from wmr_replay.gap.scan.scan import LibraryScan, scan
 from wmr_replay.gap.scan.score import NormalEquations
 from wmr_replay.gap.settings import GateSettings

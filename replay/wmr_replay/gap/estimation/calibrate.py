@@ -168,9 +168,9 @@ def calibrated(
     if (inertia_kgm2 := inertia_of(robot, alpha_yaw)) is not None:
         changed = replace(changed, yaw_inertia_kgm2=inertia_kgm2)
         sd["yaw_inertia_kgm2"] = inertia_kgm2 * sds["yaw_inertia"] / turning
-    if "cornering_stiffness" in extension.effects:
+    before = robot.cornering_stiffness_over_epsilon
+    if "cornering_stiffness" in extension.effects and before is not None:
         ratio = extension.effects["cornering_stiffness"]["ratio"]
-        before = robot.cornering_stiffness_over_epsilon or 0.0
         changed = replace(changed, cornering_stiffness_over_epsilon=before * (1 + ratio))
         sd["cornering_stiffness_over_epsilon"] = before * sds["cornering_stiffness"]
     return changed, {key: float(value) for key, value in sd.items() if value > 0}

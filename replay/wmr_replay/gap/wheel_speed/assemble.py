@@ -31,6 +31,7 @@ from wmr_replay.gap.wheel_speed.evidence import folds_of
 from wmr_replay.gap.wheel_speed.held_out import held_out_gaps, pose_noise
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter, Problem, composed
 from wmr_replay.gap.wheel_speed.proof import Proof, proof_of
+from wmr_replay.gap.wheel_speed.remarks import remarks_on
 from wmr_replay.gap.wheel_speed.scan import Score
 from wmr_replay.gap.wheel_speed.select import Named, Selection, same_in_any_motion
 from wmr_replay.gap.wheel_speed.units import held_out_bins
@@ -80,7 +81,7 @@ def assemble(selection: Selection, base: Base, options: GapOptions) -> GapResult
         minimum_detectable=detectable,
         model=extended_model(problem, selection, base, effects),
         seed=options.seed,
-        notes=(*reasons, *left, *short_windows(windows.seconds, options)),
+        notes=(*reasons, *remarks_on(effects), *left, *short_windows(windows.seconds, options)),
         traces=traces,
         candidates=tuple(
             CandidateScore(t.stage, t.name, t.gain, t.score, t.p_value, t.failed) for t in selection.tried

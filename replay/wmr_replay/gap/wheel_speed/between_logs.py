@@ -16,6 +16,7 @@ from wmr_replay.gap.wheel_speed.candidates import PLACES, candidates_of, paramet
 from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.estimate import Fit, inverse, refit
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
+from wmr_replay.gap.wheel_speed.rolling import WIDE_TURNS
 from wmr_replay.gap.wheel_speed.scan import scan
 from wmr_schemas.arrays import F64
 
@@ -25,10 +26,23 @@ HALVINGS = 40
 SCRUB_SD = 0.03
 """Standard deviation of what scrubbing adds to the track, as a share, on another drive. Physics: dry friction
 has no track of its own; the form of slip in turns is known as well (``FORM_SD``)."""
+SCRUB_SD_OF_ONE = 0.06
+"""The same of a calibration on one log. Physics: another day has another ground, load and pressure of the
+tyres. Judgement: a stranger's skid-steered and tracked robots, up to .09 on 18 logs with nothing hidden."""
+SCRUB_SD_OF_A_FORM = 0.12
+"""The same where one log does not show how it goes by the turn (``wide_turn_scrub``). Judgement: between the
+widest turn and one on the spot it differs by a quarter to a half on these two."""
 TURNING_SD = 0.03
 """Standard deviation of the slip ahead in turns (``turning_slip``) on another drive, s/m, by the share that
 scrubbing adds to the track. Judgement: MuJoCo's skid-steered robot, whose track is 2.2 times that of its
 wheels, has .05 to .11 on four of 30 logs with nothing hidden."""
+CREEP_SD_OF_ONE = 0.06
+"""Standard deviation of the creep sideways (``lateral_slip``) on another drive, s, by that share, of a
+calibration on one log. Judgement: tyres that scrub creep by .1 to .15 s of it, on these two robots."""
+MOVES_SD_OF_ONE = 0.15
+"""Standard deviation of how far the centre of rotation moves along the robot, in half-tracks, by that share,
+of a calibration on one log. Judgement: .3 of it in turns on the spot, where tyres creep least, on the
+skid-steered one."""
 CENTRE_SD = 0.01
 """Standard deviation of how far the centre of rotation moves along the robot from drive to drive, as a share
 of the half-track: tyres creep sideways under what casters and pads do. Judgement: .011 on 56 logs of MuJoCo's
@@ -53,30 +67,33 @@ def sd_of_another_log(problem: Problem, fitted: Fit, alone: list[tuple[Problem, 
     """Standard deviations (p,) of the parameters of another log about the common fit. One log does not show
     how far the centre of rotation moves.
     """
+    scrubbing = of_scrubbing(problem, fitted, n_logs=max(len(alone), 1))
+    scrub_sd = np.array([scrubbing.get(one.effect, 0.0) for one in fitted.parameters])
     if not alone:
         moves_m = CENTRE_SD * problem.chassis.half_track_m
         centre = np.array([moves_m * (one.effect == "icr_offset") for one in fitted.parameters])
-        return np.asarray(np.hypot(fitted.sd, centre))
-    scrub = np.array([SCRUB_SD * (one.effect == "effective_track") for one in fitted.parameters])
+        return np.asarray(np.sqrt(fitted.sd**2 + centre**2 + scrub_sd**2))
     sizes = np.stack([one.sizes for _, one in alone])
     own = np.stack([one.sd for _, one in alone])
     between = np.maximum(np.var(sizes, axis=0, ddof=1) - np.mean(own**2, axis=0), 0.0)
-    return np.asarray(np.sqrt(fitted.sd**2 + between * (1 + 1 / len(alone)) + (scrub * fitted.sizes) ** 2))
+    return np.asarray(np.sqrt(fitted.sd**2 + between * (1 + 1 / len(alone)) + scrub_sd**2))
 
 
-def misfit_between(alone: list[tuple[Problem, Fit]]) -> dict[str, float]:
-    """Sizes by effect that single logs show beside the base model; two components by their length."""
+def misfit_between(problem: Problem, fitted: Fit, alone: list[tuple[Problem, Fit]]) -> dict[str, float]:
+    """Sizes by effect that single logs show beside the base model, and what a robot that scrubs does; two
+    components by their length.
+    """
     sizes: dict[str, list[tuple[F64, F64]]] = {}
-    for problem, own in alone:
-        wanted = tuple(one for one in candidates_of(problem.record) if may_differ(one.name, own))
-        for score in scan(problem, own, wanted):
+    for part, own in alone:
+        wanted = tuple(one for one in candidates_of(part.record) if may_differ(one.name, own))
+        for score in scan(part, own, wanted):
             size, variance = np.array(list(score.start.values())), np.diag(inverse(score.information))
             if np.all(variance > 0):
                 sizes.setdefault(score.name, []).append((size, variance))
     found = {name: variance_between(*map(np.array, zip(*each, strict=True))) for name, each in sizes.items()}
     misfit = {name: float(np.sqrt(square)) for name, square in found.items() if square > 0}
-    if alone:
-        for name, least in of_scrubbing(*alone[0]).items():
+    for name, least in of_scrubbing(problem, fitted, n_logs=max(len(alone), 1)).items():
+        if least > 0 and name not in fitted.values:
             misfit[name] = max(misfit.get(name, 0.0), least)
     return misfit
 
@@ -93,18 +110,27 @@ def variance_between(sizes: F64, variances: F64) -> float:
     return float(low.sum())
 
 
-def of_scrubbing(problem: Problem, own: Fit) -> dict[str, float]:
-    """What scrubbing otherwise, on another drive, does beside the track, by effect."""
-    wider = abs(own.values.get("effective_track", {}).get("ratio", 0.0))
-    return {"pose_lever_arm": sides_apart_m(problem, own), "turning_slip": TURNING_SD * wider}
+def of_scrubbing(problem: Problem, fitted: Fit, n_logs: int) -> dict[str, float]:
+    """Standard deviations, by effect, of what scrubbing otherwise does on another drive."""
+    wider = max(fitted.values.get("effective_track", {}).get("ratio", 0.0), 0.0)
+    found = {"pose_lever_arm": sides_apart_m(problem, fitted), "turning_slip": TURNING_SD * wider}
+    if n_logs >= LEAST_LOGS:
+        return {**found, "effective_track": SCRUB_SD * wider}
+    by_turn = SCRUB_SD_OF_ONE if WIDE_TURNS in fitted.values else SCRUB_SD_OF_A_FORM
+    return {
+        **found,
+        "effective_track": by_turn * wider,
+        "icr_offset": MOVES_SD_OF_ONE * wider * problem.chassis.half_track_m,
+        "lateral_slip": CREEP_SD_OF_ONE * wider,
+    }
 
 
 def sides_apart_m(problem: Problem, own: Fit) -> float:
     """How far the centre of rotation moves sideways where scrubbing widens one side's half-track by
     ``SCRUB_SD`` more than the other's, as it does in turns to one side: a lever arm is the same motion.
     """
-    wider = own.values.get("effective_track", {}).get("ratio", 0.0)
-    return SCRUB_SD * abs(wider) * problem.chassis.half_track_m
+    wider = max(own.values.get("effective_track", {}).get("ratio", 0.0), 0.0)
+    return SCRUB_SD * wider * problem.chassis.half_track_m
 
 
 def may_differ(name: str, own: Fit) -> bool:

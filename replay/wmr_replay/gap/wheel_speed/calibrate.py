@@ -16,6 +16,7 @@ from wmr_replay.gap.wheel_speed.evidence import matters, p_value
 from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.plausible import logs_apart
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
+from wmr_replay.gap.wheel_speed.rolling import WIDE_TURNS
 from wmr_replay.gap.wheel_speed.seen_slipping import slipping_left
 from wmr_replay.gap.wheel_speed.select import base_fit, fitted_with
 from wmr_replay.gap.wheel_speed.verdict import too_short_a_way
@@ -25,8 +26,9 @@ from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log
 
-CREEP = "lateral_slip"
-"""How tyres creep sideways while they grip: with the calibrated effects where a log proves it."""
+OF_TYRES = ("lateral_slip", WIDE_TURNS)
+"""How tyres creep sideways while they grip, and how what they scrub goes by the turn: with the calibrated
+effects where a log proves it."""
 
 
 class Calibration(NamedTuple):
@@ -55,15 +57,18 @@ def calibrate_wheel_speeds(
     if options.modes == "identified":
         problem = ideal_only(problem, {})
     fitted, unseen = calibrated(problem)
-    fitted = with_creep(problem, fitted)
+    for name in OF_TYRES:
+        fitted = with_tyres(problem, fitted, name)
     alone = fitted_alone(problem, fitted)
     sd = sd_of_another_log(problem, fitted, alone)
     model = Model(
         robot=base.robot,
         noise=noise_model(problem, fitted),
-        effects=tuple(effect_of(fitted, sd, name) for name in (*CALIBRATED, CREEP) if name in fitted.values),
+        effects=tuple(
+            effect_of(fitted, sd, name) for name in (*CALIBRATED, *OF_TYRES) if name in fitted.values
+        ),
         odometry=odometry(problem, (base_fit(problem), fitted), options),
-        misfit=misfit_between(alone) | slipping_left(problem, fitted),
+        misfit=misfit_between(problem, fitted, alone) | slipping_left(problem, fitted),
     )
     notes = (f"the driving does not show {name}; it is left out" for name in unseen)
     return Calibration(model, (*apart, *notes))
@@ -87,15 +92,16 @@ def calibrated(problem: Problem) -> tuple[Fit, tuple[str, ...]]:
     raise InvalidSignal("wheel speed", "the driving shows neither the wheels' scale nor the track")
 
 
-def with_creep(problem: Problem, fitted: Fit) -> Fit:
-    """The fit with the sideways creep of the tyres, where the log proves one that matters: the tyres of a
-    skid-steered robot creep in every turn. Held in the base model it is no noise that drowns everything else.
+def with_tyres(problem: Problem, fitted: Fit, name: str) -> Fit:
+    """The fit with an effect of the tyres, where the log proves one that matters: those of a skid-steered
+    robot creep and scrub in every turn. Held in the base model it is no noise that drowns everything else,
+    and no other track on another drive.
     """
     own = problem.settings.gates
-    creeping = fitted_with(problem, fitted, CREEP, {})
+    creeping = fitted_with(problem, fitted, name, {})
     if fitted.minus_two_log - creeping.minus_two_log < problem.settings.terms.least_better:
         return fitted
-    proven = p_value(creeping, CREEP, 1) < own.level and matters(creeping, CREEP, (), own.least_relevant)
+    proven = p_value(creeping, name, 1) < own.level and matters(creeping, name, (), own.least_relevant)
     return creeping if proven else fitted
 
 

@@ -31,7 +31,8 @@ def candidates_of(record: Record) -> tuple[EffectDeclaration, ...]:
     return tuple(
         effect
         for effect in DECLARED.values()
-        if (commanded or not effect.needs_commands)
+        if not effect.held_only
+        and (commanded or not effect.needs_commands)
         and (record.anchored or effect.name not in NEED_WORLD)
         and not (commanded and effect.name in hidden_by_commands(record))
     )

@@ -9,8 +9,12 @@ from wmr_replay.gap.settings.wheel_speed import WheelSpeedSettings
 from wmr_replay.gap.wheel_speed.base import Base
 from wmr_replay.gap.wheel_speed.between_logs import (
     CENTRE_SD,
+    CREEP_SD_OF_ONE,
     SCRUB_SD,
+    SCRUB_SD_OF_A_FORM,
+    SCRUB_SD_OF_ONE,
     TURNING_SD,
+    misfit_between,
     of_scrubbing,
     sd_of_another_log,
     sides_apart_m,
@@ -106,6 +110,31 @@ def test_a_log_that_hardly_turns_does_not_doubt_a_calibrated_track(turned_rad, d
 
 def test_a_robot_that_scrubs_slips_ahead_in_turns_otherwise_on_another_drive():
     wide, narrow = fit_of(1.2, 0.01, "effective_track"), fit_of(0.0, 0.01, "effective_track")
-    assert of_scrubbing(ROBOT, wide)["turning_slip"] == pytest.approx(1.2 * TURNING_SD)
-    assert of_scrubbing(ROBOT, wide)["pose_lever_arm"] == pytest.approx(sides_apart_m(ROBOT, wide))
-    assert set(of_scrubbing(ROBOT, narrow).values()) == {0.0}
+    found = of_scrubbing(ROBOT, wide, n_logs=2)
+    assert found["turning_slip"] == pytest.approx(1.2 * TURNING_SD)
+    assert found["pose_lever_arm"] == pytest.approx(sides_apart_m(ROBOT, wide))
+    assert set(of_scrubbing(ROBOT, narrow, n_logs=1).values()) == {0.0}
+
+
+def test_a_robot_that_scrubs_is_known_by_one_log_less_well_than_by_two():
+    wide = fit_of(0.4, 0.01, "effective_track")
+    one, two = (of_scrubbing(ROBOT, wide, n_logs=n) for n in (1, 2))
+    assert {"icr_offset", "lateral_slip"} == one.keys() - two.keys()
+    assert one["effective_track"] == pytest.approx(SCRUB_SD_OF_A_FORM * 0.4)
+    assert two["effective_track"] == pytest.approx(SCRUB_SD * 0.4)
+    wide.values["wide_turn_scrub"] = {"ratio": 0.1}
+    by_turn = of_scrubbing(ROBOT, wide, n_logs=1)["effective_track"]
+    assert by_turn == pytest.approx(SCRUB_SD_OF_ONE * 0.4)
+    assert sd_of_another_log(ROBOT, wide, []) == pytest.approx([np.hypot(0.01, by_turn)])
+    narrow = fit_of(-0.2, 0.01, "effective_track")  # a data sheet that is wrong, no scrubbing
+    assert sd_of_another_log(ROBOT, narrow, []) == pytest.approx([0.01])
+
+
+def test_what_a_robot_that_scrubs_may_do_elsewhere_is_misfit_where_the_base_does_not_hold_it():
+    wide = fit_of(0.4, 0.01, "effective_track")
+    found = misfit_between(ROBOT, wide, [])
+    assert found.keys() == {"pose_lever_arm", "turning_slip", "icr_offset", "lateral_slip"}
+    assert found["lateral_slip"] == pytest.approx(CREEP_SD_OF_ONE * 0.4)
+    wide.values["lateral_slip"] = {"seconds": 0.05}
+    assert "lateral_slip" not in misfit_between(ROBOT, wide, [])
+    assert misfit_between(ROBOT, fit_of(0.0, 0.01, "effective_track"), []) == {}

@@ -14,6 +14,7 @@ SIZES = {
     "wheel_scale": {"ratio": -0.1},
     "wheel_scale_difference": {"ratio": 0.02},
     "effective_track": {"ratio": 0.4},
+    "wide_turn_scrub": {"ratio": 0.3},
     "icr_offset": {"offset_m": 0.15},
     "lateral_slip": {"seconds": 0.2},
     "turning_slip": {"s_per_m": 0.8},
