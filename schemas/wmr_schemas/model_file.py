@@ -228,8 +228,8 @@ def parse_effect(path: Path, index: int, entry: object) -> Effect:
     values, sd = split_sd(path, place, table)
     wanted = parameters_of(path, place, name)
     check_keys(path, f"{place} ({name})", values, wanted)
-    values = (catalogue()[name].absent if name in catalogue() else {}) | values
-    missing = [key for key in wanted if key not in values]
+    optional = catalogue()[name].absent if name in catalogue() else {}
+    missing = [key for key in wanted if key not in values and key not in optional]
     if missing:
         raise InvalidFile(path, f"{place} ({name})", f"lacks {', '.join(missing)}")
     sizes = {key: number(path, f"{place} {key}", value) for key, value in values.items()}

@@ -82,8 +82,7 @@ def test_an_unnamed_effect_carries_its_formula_and_its_coefficient(tmp_path: Pat
 
 def test_a_side_of_an_effect_that_need_not_be_may_be_left_out(tmp_path: Path) -> None:
     text = '[[effects]]\nname = "aerodynamic_drag"\nc2_per_m = 0.1\n'
-    whole = Effect("aerodynamic_drag", {"c2_per_m": 0.1, "e2_per_m": 0.0})
-    assert read_text(tmp_path, text).effects == (whole,)
+    assert read_text(tmp_path, text).effects == (Effect("aerodynamic_drag", {"c2_per_m": 0.1}),)
     with pytest.raises(InvalidFile, match=r"\(aerodynamic_drag\): lacks c2_per_m"):
         read_text(tmp_path, text.replace("c2_per_m", "e2_per_m"))
 

@@ -64,6 +64,7 @@ class Parameter:
     a place at which the effect acts. A ``start`` is a value that the scan of a user's effect holds while it
     solves for the parameters without one, in which the effect is linear; a fit then frees it. A value for
     ``absent`` says that the parameter need not be: a file may leave it out, and it makes no effect alone.
+    ``models`` are the base models that have it.
     """
 
     unit: str
@@ -75,6 +76,7 @@ class Parameter:
     domain: Domain = Domain.ANY
     start: float | None = None
     absent: float | None = None
+    models: tuple[BaseModel, ...] = BOTH
 
     def __post_init__(self) -> None:
         if not (self.step > 0 and self.least < self.most):

@@ -18,6 +18,7 @@ from wmr_schemas.effects.declaration import (
     Separable,
 )
 from wmr_schemas.effects.manoeuvres import Manoeuvre
+from wmr_schemas.effects.places import LOSS_APART
 from wmr_schemas.modes import ContactMode
 
 _DRIVEN: tuple[DrivenBy, ...] = ("wheel_speed", "command")
@@ -170,8 +171,8 @@ EFFECTS = (
     EffectDeclaration(
         "low_grip_patch",
         "both",
-        "wheel speeds·(1 − loss) inside a disc",
-        {"x_m": _POSITION, "y_m": _POSITION, "radius_m": _RADIUS, "loss": _LOSS},
+        "wheel speeds·(1 − loss) inside a disc, right − loss_apart, left + loss_apart",
+        {"x_m": _POSITION, "y_m": _POSITION, "radius_m": _RADIUS, "loss": _LOSS, "loss_apart": LOSS_APART},
         acts_on="traction",
         number=37,
         models=WHEEL_SPEED,

@@ -17,6 +17,16 @@ _POSITION = Parameter("m", 0.05, why="anywhere in the world", role="place")
 _LOSS = Parameter(
     "1", 1e-3, 0.0, 0.999, "at 1 nothing drives the robot and its motion says no more", domain=Domain.SHARE
 )
+LOSS_APART = Parameter(
+    "1",
+    1e-3,
+    -0.999,
+    0.999,
+    "at 1 one wheel loses all, and the other none",
+    absent=0.0,
+    models=("wheel_speed",),
+)
+"""What the right wheel loses more than both do, and the left one less."""
 
 EFFECTS = (
     EffectDeclaration(
@@ -45,10 +55,10 @@ EFFECTS = (
         "slip_interval",
         "both",
         "alpha·(1 − loss) in an interval",
-        {"start_s": _TIME, "end_s": _TIME, "loss": _LOSS},
+        {"start_s": _TIME, "end_s": _TIME, "loss": _LOSS, "loss_apart": LOSS_APART},
         acts_on="traction",
         models=BOTH,
-        wheel_speed_formula="wheel speeds·(1 − loss) in an interval",
+        wheel_speed_formula="wheel speeds·(1 − loss) in an interval, right − loss_apart, left + loss_apart",
         number=24,
         extent="time",
         followed=True,

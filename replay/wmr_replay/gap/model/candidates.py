@@ -49,7 +49,7 @@ class Candidate:
     @property
     def free(self) -> tuple[str, ...]:
         """Names of its parameters."""
-        return tuple(self.declaration.parameters)
+        return tuple(key for key, one in self.declaration.parameters.items() if "torque" in one.models)
 
     @cached_property
     def absent(self) -> dict[str, float]:
@@ -65,7 +65,7 @@ class Candidate:
         """Places in θ whose slopes a scan takes; empty where it looks for the effect in another way."""
         if self.declaration.extent != "always":
             return ()
-        return places_of(self.name, self.declaration.parameters)
+        return places_of(self.name, self.free)
 
     @property
     def grid(self) -> tuple[float, ...]:

@@ -17,7 +17,7 @@ from wmr_replay.gap.wheel_speed.modes import ideal_only, slip_mask, without_slip
 from wmr_replay.gap.wheel_speed.plausible import check_signs, logs_apart
 from wmr_replay.gap.wheel_speed.predict import Problem
 from wmr_replay.gap.wheel_speed.record import record_of
-from wmr_replay.gap.wheel_speed.seen_slipping import apart_from, seen_slips, with_loss
+from wmr_replay.gap.wheel_speed.seen_slipping import apart_from, in_words, seen_slips, with_loss
 from wmr_replay.gap.wheel_speed.select import Search, select
 from wmr_replay.gap.wheel_speed.units import unit_of_blocks
 from wmr_schemas.errors import InvalidSignal
@@ -51,7 +51,7 @@ def analyse_wheel_speeds(
     selection = with_loss(with_terms(apart_from(selection, slips), options.max_effects), slips, whole)
     tell("proving", 0.85)
     result = assemble(selection, own, options)
-    return replace(result, notes=(*logs_apart(problem), *result.notes))
+    return replace(result, notes=(*logs_apart(problem), *in_words(whole, slips), *result.notes))
 
 
 def chained(problem: Problem, logs: Sequence[Log], base: Base, options: GapOptions) -> Search | None:

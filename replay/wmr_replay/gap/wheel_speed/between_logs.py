@@ -36,6 +36,9 @@ TURNING_SD = 0.03
 """Standard deviation of the slip ahead in turns (``turning_slip``) on another drive, s/m, by the share that
 scrubbing adds to the track. Judgement: MuJoCo's skid-steered robot, whose track is 2.2 times that of its
 wheels, has .05 to .11 on four of 30 logs with nothing hidden."""
+TURNING_SD_OF_ONE = 0.15
+"""The same of a calibration on one log. Judgement: strangers' four robots that scrub, of .2 to .47, slip by 0
+to .2 s/m on 26 logs with nothing hidden, and one of them by 0 on one drive and by .15 on another."""
 CREEP_SD_OF_ONE = 0.06
 """Standard deviation of the creep sideways (``lateral_slip``) on another drive, s, by that share, of a
 calibration on one log. Judgement: tyres that scrub creep by .1 to .15 s of it, on these two robots."""
@@ -122,6 +125,7 @@ def of_scrubbing(problem: Problem, fitted: Fit, n_logs: int) -> dict[str, float]
         "effective_track": by_turn * wider,
         "icr_offset": MOVES_SD_OF_ONE * wider * problem.chassis.half_track_m,
         "lateral_slip": CREEP_SD_OF_ONE * wider,
+        "turning_slip": TURNING_SD_OF_ONE * wider,
     }
 
 

@@ -50,13 +50,15 @@ def restarts_often(record: Record) -> bool:
 
 
 def parameters_of(name: str) -> tuple[Parameter, ...]:
-    """The parameters of an effect."""
-    return tuple(Parameter(name, key) for key in DECLARED[name].parameters)
+    """The parameters of an effect, but for those that need not be."""
+    return tuple(
+        Parameter(name, key) for key in DECLARED[name].parameters if key not in DECLARED[name].absent
+    )
 
 
 def absent(name: str) -> dict[str, float]:
     """The values of an effect that is not there."""
-    return dict.fromkeys(DECLARED[name].parameters, 0.0)
+    return {one.key: 0.0 for one in parameters_of(name)}
 
 
 def hardly_lower(base: Values, values: Values, name: str, share: float) -> bool:

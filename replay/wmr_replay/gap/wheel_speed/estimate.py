@@ -57,20 +57,23 @@ class Fit:
 
     @property
     def sd(self) -> F64:
-        """Standard deviations (p,): the larger of the likelihood's and the robust one."""
-        stamps = [self.stamps_s**2 if one.effect in STAMPED else 0.0 for one in self.parameters]
-        forms = np.array([FORM_SD.get(one.effect, 0.0) for one in self.parameters])
-        return np.asarray(np.sqrt(np.diag(self.spread) + stamps + (forms * self.sizes) ** 2))
+        """Standard deviations (p,), see :attr:`spread`."""
+        return np.asarray(np.sqrt(np.diag(self.spread)))
 
     @property
     def spread(self) -> F64:
-        """The covariance (p, p) that tests and intervals use: robust, but never below the likelihood's."""
+        """The covariance (p, p) that tests and intervals use: robust, but never below the likelihood's, and
+        with what stamps and unknown forms leave open.
+        """
+        stamps = [self.stamps_s**2 if one.effect in STAMPED else 0.0 for one in self.parameters]
+        forms = np.array([FORM_SD.get(one.effect, 0.0) for one in self.parameters])
         own = inverse(self.information)
         grown = np.maximum(np.diag(self.covariance), np.diag(own)) / np.maximum(
             np.diag(self.covariance), 1e-300
         )
         scale = np.sqrt(grown)
-        return np.asarray(self.covariance * np.outer(scale, scale))
+        open_to = np.diag(stamps + (forms * self.sizes) ** 2)
+        return np.asarray(self.covariance * np.outer(scale, scale) + open_to)
 
 
 def fit(

@@ -5,6 +5,8 @@ is nearer to that than to p speaks for it, and one that is nearer to p against i
 
     gain_i(λ) = Σ_c min(((m − p)/sd)², K²) − min(((m − (1 − λ)p)/sd)², K²)        c: ahead, yaw
 
+One wheel alone takes λ of its own share of p: half of its speed s ahead, and ±s/2l in yaw.
+
 The sum over an interval or a disc is large where one loss explains all of it. A wheel that spins, whose loss
 changes, adds little, as each bin counts K² at most. Rates are taken over two bins.
 """
@@ -19,7 +21,7 @@ from wmr_replay.gap.wheel_speed.bins import Bins
 from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.estimate import Fit, View
 from wmr_replay.gap.wheel_speed.modes import differences, spread
-from wmr_replay.gap.wheel_speed.predict import Parameter, Problem
+from wmr_replay.gap.wheel_speed.predict import Parameter, Problem, summed
 from wmr_schemas.arrays import F64, Bool
 
 LOSSES = np.arange(0.15, 0.95, 0.05)
@@ -42,6 +44,8 @@ ALIKE_SD = 2.5
 EASE = 0.5
 """Share of what a loss must pass that is asked of a first guess."""
 AHEAD_YAW = [0, 2]
+BOTH = "both"
+SIDES = (BOTH, "left", "right")
 Start = dict[str, float]
 
 
@@ -55,13 +59,34 @@ class Rates:
         self.predicted = slopes(whole.bins, whole.predicted(values))
         usual = spread(differences(problem, problem.measured - problem.predicted(values)))
         self.sd = np.sqrt(usual**2 + LEAST_SD**2 + (FORM_SHARE * self.predicted) ** 2)
+        track = summed(problem.base, values).get("effective_track", {}).get("ratio", 0.0)
+        self.half_track_m = whole.chassis.half_track_m * (1 + track)
 
-    def gains(self) -> F64:
-        """Gain (λ, n) of every loss in every bin; 0 where the rates are unknown."""
+    def gains(self, side: str = BOTH) -> F64:
+        """Gain (λ, n) of every loss of a side in every bin; 0 where the rates are unknown."""
         m, p, sd = (part[AHEAD_YAW] for part in (self.measured, self.predicted, self.sd))
+        lost = LOSSES[:, None, None] * self.carried_by(side)
         before = np.minimum(((m - p) / sd) ** 2, MOST**2)
-        after = np.minimum(((m - (1 - LOSSES[:, None, None]) * p) / sd) ** 2, MOST**2)
+        after = np.minimum(((m - p + lost) / sd) ** 2, MOST**2)
         return np.asarray(np.nan_to_num(before - after).sum(axis=1))
+
+    def carried_by(self, side: str) -> F64:
+        """What of the predicted rates (2, n) ahead and in yaw goes by both wheels, the left or the right."""
+        ahead, yaw = self.predicted[AHEAD_YAW]
+        if side == BOTH:
+            return np.stack([ahead, yaw])
+        sign = 1.0 if side == "right" else -1.0
+        half = (ahead + sign * self.half_track_m * yaw) / 2
+        return np.stack([half, sign * half / self.half_track_m])
+
+    def lost_share(self, inside: Bool, side: str) -> float:
+        """The loss of a side in the bins ``inside`` (n,) by least squares, ahead and in yaw, within its
+        bounds: Σ (p − m)·q/sd² / Σ q²/sd², q what goes by that side.
+        """
+        m, p, sd = (part[AHEAD_YAW][:, inside] for part in (self.measured, self.predicted, self.sd))
+        q = self.carried_by(side)[:, inside]
+        share = float(np.sum((p - m) * q / sd**2) / np.sum(q**2 / sd**2))
+        return float(np.clip(share, *Parameter("slip_interval", "loss").bounds))
 
     def steadiness(self, inside: Bool, loss: float, own: GateSettingsWheelSpeed) -> tuple[float, float]:
         """Of the bins ``inside`` (n,) that would show a loss of their own: how long [s] they move as with the

@@ -70,13 +70,19 @@ def widened_by_turns(ahead: F64, around: F64, effects: Values, smooth_rows: int)
 
 def with_wheels(record: Record, wheels: F64, effects: Values) -> F64:
     """Wheel speeds (2, M) that move the robot: scales, and losses in a time or a place."""
-    both = np.full(wheels.shape[1], 1 + effects.get("wheel_scale", {}).get("ratio", 0.0))
+    kept = np.full(wheels.shape, 1 + effects.get("wheel_scale", {}).get("ratio", 0.0))
     if "slip_interval" in effects:
-        both *= 1 - effects["slip_interval"]["loss"] * in_interval(record.time_s, effects["slip_interval"])
+        kept *= kept_of(effects["slip_interval"], in_interval(record.time_s, effects["slip_interval"]))
     if "low_grip_patch" in effects:
-        both *= 1 - effects["low_grip_patch"]["loss"] * in_disc(record.world, effects["low_grip_patch"])
+        kept *= kept_of(effects["low_grip_patch"], in_disc(record.world, effects["low_grip_patch"]))
     apart = effects.get("wheel_scale_difference", {}).get("ratio", 0.0)
-    return np.stack([wheels[0] * both * (1 - apart), wheels[1] * both * (1 + apart)])
+    return wheels * kept * np.array([[1 - apart], [1 + apart]])
+
+
+def kept_of(loss: Mapping[str, float], inside: F64) -> F64:
+    """What the left and the right wheel keep (2, M) where a share (M,) of each row loses traction."""
+    apart = loss.get("loss_apart", 0.0)
+    return 1 - np.array([[loss["loss"] - apart], [loss["loss"] + apart]]) * inside
 
 
 def in_interval(time_s: F64, p: Mapping[str, float]) -> F64:

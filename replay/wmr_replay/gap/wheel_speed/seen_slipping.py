@@ -1,9 +1,9 @@
 """A loss of traction that measured wheel speeds show, of a calibrated robot.
 
 A wheel that spins loses no constant share of its motion: no loss of one size holds on what was not fitted.
-But a robot that rolled on its calibration logs, and here loses most of its motion for a while, lost traction.
-Every bin has a loss of its own, of those that are tried; where they are far likelier together than rolling,
-that is the finding, in the time of the likeliest slip, or in the place of several.
+But a robot that rolled on its calibration logs, and of which both wheels here lose motion for a while, or one
+of them, lost traction. Every bin has a loss of its own, of those that are tried; where they are far likelier
+together than rolling, that is the finding, in the time of the likeliest slip, or in the place of several.
 """
 
 from dataclasses import replace
@@ -12,27 +12,40 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtrc
 
-from wmr_replay.gap.wheel_speed.candidates import PATCH, PLACES, SLIP, parameters_of
+from wmr_replay.gap.wheel_speed.candidates import PATCH, PLACES, SLIP
 from wmr_replay.gap.wheel_speed.estimate import Fit, at, inverse
-from wmr_replay.gap.wheel_speed.places import AHEAD_YAW, LOSSES, Rates, Start
+from wmr_replay.gap.wheel_speed.places import (
+    AHEAD_YAW,
+    BOTH,
+    LOSSES,
+    SIDES,
+    Rates,
+    Start,
+    inside_of,
+    slopes,
+)
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter, Problem
 from wmr_replay.gap.wheel_speed.select import Named, Selection, Tried, price
 from wmr_replay.gap.wheel_speed.usual_slip import beside, runs
 from wmr_schemas.arrays import Bool
 
+SAID = 5
+"""Slips that are said each. Presentation."""
 LEAST_WAY_M = 0.01
 """Least standard deviation of a place, that of a good pose."""
 
 
 class Slip(NamedTuple):
     """Bins (n,) in which the robot slips, by how much that is likelier than rolling, in −2 log likelihood,
-    and the share of the motion that is lost, with its standard deviation from bin to bin.
+    and the share of the motion of both wheels or of one that is lost, with its standard deviation from bin to
+    bin.
     """
 
     inside: Bool
     gain: float
     loss: float
     loss_sd: float
+    side: str = BOTH
 
 
 def with_loss(selection: Selection, slips: list[Slip], whole: Problem) -> Selection:
@@ -45,7 +58,8 @@ def with_loss(selection: Selection, slips: list[Slip], whole: Problem) -> Select
         return selection
     fit, there = selection.fit, [one for one in slips if is_near(whole, one, slips[0])]
     name, place = as_effect(whole, there)
-    size, gain, p = parameters_of(name), sum(one.gain for one in there), p_of(there, len(slips))
+    size, gain = tuple(Parameter(name, key) for key in place), sum(one.gain for one in there)
+    p = p_of(there, len(slips))
     loose = at(whole, (*fit.parameters, *size), {**fit.values, name: place}, fit.noises)
     tried = Tried(len(selection.found), name, gain, gain - price(whole, len(size)), p)
     return replace(
@@ -95,52 +109,58 @@ def apart_from(selection: Selection, slips: list[Slip]) -> Selection:
 def p_of(slips: list[Slip], n_seen: int) -> float:
     """The p of slips of which ``n_seen`` were seen: each bin's loss is a parameter."""
     n = sum(int(slip.inside.sum()) for slip in slips)
-    return min(1.0, n_seen * float(chdtrc(n, sum(one.gain for one in slips))))
+    return min(1.0, n_seen * len(SIDES) * float(chdtrc(n, sum(one.gain for one in slips))))
 
 
 def slipping_left(problem: Problem, fit: Fit) -> dict[str, float]:
     """The loss that calibration logs show, where the robot slips on them; empty where it rolls."""
     own = problem.settings.gates
-    slips = [one for one in slips_of(problem, fit) if one.loss >= own.least_seen_loss]
+    slips = [one for one in slips_of(problem, fit) if lasts(problem, one)]
     losses = [one.loss for one in slips if one.gain >= own.least_slipped_gain]
     return {SLIP: max(losses)} if losses else {}
 
 
 def slips_of(problem: Problem, fit: Fit) -> list[Slip]:
-    """The runs of bins in which losing a part of the motion is likelier than rolling."""
+    """The runs of bins in which losing a part of the motion is likelier than rolling: of both wheels' motion
+    or of one's, whichever explains most of the run.
+    """
     rates = Rates(problem, fit.values)
-    by_loss = rates.gains()
-    gains, losses = by_loss.max(axis=0), LOSSES[by_loss.argmax(axis=0)]
-    slipping = runs(gains > problem.settings.gates.least_gain_of_bin)
-    return [
-        Slip(inside, float(gains[inside].sum()), lost_share(rates, inside), float(losses[inside].std()))
-        for inside in slipping
-    ]
+    by_loss = np.stack([rates.gains(side) for side in SIDES])
+    gains, losses = by_loss.max(axis=1), LOSSES[by_loss.argmax(axis=1)]
+    found = []
+    for inside in runs(gains.max(axis=0) > problem.settings.gates.least_gain_of_bin):
+        k = int(gains[:, inside].sum(axis=1).argmax())
+        gain, spread = float(gains[k, inside].sum()), float(losses[k, inside].std())
+        found.append(Slip(inside, gain, rates.lost_share(inside, SIDES[k]), spread, SIDES[k]))
+    return found
 
 
 def is_found(problem: Problem, fit: Fit, slip: Slip) -> bool:
-    """Whether most of the motion is lost for good, without a doubt."""
+    """Whether motion is lost for good, for a while, without a doubt."""
     own, wider = problem.settings.gates, problem.base.get("effective_track", {}).get("ratio", 0.0)
     least = own.least_seen_gain if wider < own.least_scrubbing else own.least_seen_gain_scrubbing
-    return slip.gain >= least and slip.loss >= own.least_seen_loss and stays_behind(problem, fit, slip)
+    return slip.gain >= least and lasts(problem, slip) and stays_behind(problem, fit, slip)
 
 
-def lost_share(rates: Rates, inside: Bool) -> float:
-    """The loss of the bins ``inside`` (n,) by least squares, ahead and in yaw, within its bounds:
-    1 − Σ m·p/sd² / Σ p²/sd².
-    """
-    m, p, sd = (part[AHEAD_YAW][:, inside] for part in (rates.measured, rates.predicted, rates.sd))
-    return float(np.clip(1 - np.sum(m * p / sd**2) / np.sum(p**2 / sd**2), *Parameter(SLIP, "loss").bounds))
+def lasts(problem: Problem, slip: Slip) -> bool:
+    """Whether a share that counts is lost for a while."""
+    own, seconds = problem.settings.gates, float(slip.inside.sum()) * problem.bins.step_s
+    return slip.loss >= own.least_loss and seconds > own.least_seen_s
 
 
 def stays_behind(problem: Problem, fit: Fit, slip: Slip) -> bool:
-    """Whether the robot is still behind its wheels after a slip, ahead or in yaw, of which the rims roll the
-    longer way: where a tracker held the pose, it catches up.
+    """Whether the robot is still behind its wheels after a slip: behind the wheel that slips, or of both ahead
+    or in yaw, of which the rims roll the longer way. Where a tracker held the pose, it catches up.
     """
     whole, rows = problem.with_slip, np.flatnonzero(beside(slip.inside))[[0, -1]]
-    rims_m = np.array([1.0, whole.chassis.half_track_m])
+    half_track_m = Rates(problem, fit.values).half_track_m
+    ways = {
+        BOTH: [[1.0, 0.0], [0.0, half_track_m]],
+        "left": [[1.0, -half_track_m]],
+        "right": [[1.0, half_track_m]],
+    }
     rolled, moved = (
-        rims_m * np.diff(way[AHEAD_YAW][:, rows])[:, 0]
+        np.array(ways[slip.side]) @ np.diff(way[AHEAD_YAW][:, rows])[:, 0]
         for way in (whole.predicted(fit.values), whole.measured)
     )
     longer = int(np.abs(rolled).argmax())
@@ -148,15 +168,49 @@ def stays_behind(problem: Problem, fit: Fit, slip: Slip) -> bool:
     return bool(behind > problem.settings.gates.least_staying_behind * slip.loss * abs(rolled[longer]))
 
 
+def in_words(whole: Problem, slips: list[Slip]) -> tuple[str, ...]:
+    """When the wheels slip, the first five in time; nothing of none."""
+    if not slips:
+        return ()
+    early = sorted(slips, key=lambda slip: int(slip.inside.argmax()))
+    each = [
+        f"{'both' if slip.side == BOTH else 'the ' + slip.side} from {t_s[0]:.1f} to {t_s[-1]:.1f} s"
+        for slip in early[:SAID]
+        for t_s in [whole.bins.t_s[slip.inside]]
+    ]
+    more = f" and {len(slips) - SAID} times more" if len(slips) > SAID else ""
+    return (f"wheels slip: {', '.join(each)}{more}",)
+
+
 def as_effect(whole: Problem, slips: list[Slip]) -> tuple[str, Start]:
-    """A slip as a loss in its time; several as one in the disc about them, with the loss of the first."""
-    loss = slips[0].loss
+    """A slip as a loss in its time; several as one in the disc about them, with the loss of the first, unless
+    the robot rolls through that place as often.
+    """
+    loss = loss_of(slips[0])
     if len(slips) > 1:
-        x_m, y_m, radius_m = disc_of(whole, np.any([slip.inside for slip in slips], axis=0))
+        inside = np.any([slip.inside for slip in slips], axis=0)
+        x_m, y_m, radius_m = disc_of(whole, inside)
         radius_m = max(radius_m, Parameter(PATCH, "radius_m").bounds[0])
-        return PATCH, {"x_m": x_m, "y_m": y_m, "radius_m": radius_m, "loss": loss}
+        place = {"x_m": x_m, "y_m": y_m, "radius_m": radius_m}
+        if slips_most_of(whole, place, inside):
+            return PATCH, {**place, **loss}
     t_s, half_s = whole.bins.t_s[slips[0].inside], whole.bins.step_s / 2
-    return SLIP, {"start_s": float(t_s[0] - half_s), "end_s": float(t_s[-1] + half_s), "loss": loss}
+    return SLIP, {"start_s": float(t_s[0] - half_s), "end_s": float(t_s[-1] + half_s), **loss}
+
+
+def slips_most_of(whole: Problem, place: Start, inside: Bool) -> bool:
+    """Whether the wheels slip in the bins ``inside`` (n,) most of the time that they turn in a disc."""
+    ahead, _, yaw = np.abs(slopes(whole.bins, whole.predicted({})))
+    turn = ahead + whole.chassis.half_track_m * yaw > whole.settings.modes.slip_mps
+    there = inside_of(whole, place, PATCH) & turn
+    return bool(2 * (there & inside).sum() > there.sum())
+
+
+def loss_of(slip: Slip) -> Start:
+    """What both wheels lose; of one that slips, half of it, and what the right wheel loses more than that."""
+    if slip.side == BOTH:
+        return {"loss": slip.loss}
+    return {"loss": slip.loss / 2, "loss_apart": slip.loss / 2 * (1.0 if slip.side == "right" else -1.0)}
 
 
 def disc_of(whole: Problem, inside: Bool) -> tuple[float, float, float]:
