@@ -105,7 +105,10 @@ def row_of(case: Case) -> Row:
     row |= {"outcome": outcome(row, names, both=makes_both(case.robot, case.effect))}
     extended = row.pop("model", None)
     if case.effect:
-        word = judged(case, found)
+        try:
+            word = judged(case, found)
+        except RanAway as error:  # the robot without the effect
+            return row | {"outcome": "not driven", "error": str(error)}
         row |= {"own": word.own, "crossings": word.crossings, "may_refuse": word.may_refuse}
     if row["outcome"] == "among":
         row["rivals"] = left_by_rivals(case, found, rivals_said(row, names))

@@ -49,7 +49,7 @@ DOCUMENTED = {
     "cornering_stiffness": ("ratio",),
     "load_step": ("mass_ratio", "t0_s"),
     "low_friction_patch": ("x_m", "y_m", "radius_m", "loss"),
-    "slip_interval": ("start_s", "end_s", "loss"),
+    "slip_interval": ("start_s", "end_s", "loss", "loss_apart"),
     "undeclared_skid": ("stiffness_ratio",),
     "yaw_drift": ("rate_radps",),
 }
@@ -66,7 +66,7 @@ WHEEL_SPEED = {
     "slip_ratio": ("seconds",),
     "pose_delay": ("delay_s",),
     "slope_slip": ("x_mps", "y_mps"),
-    "low_grip_patch": ("x_m", "y_m", "radius_m", "loss"),
+    "low_grip_patch": ("x_m", "y_m", "radius_m", "loss", "loss_apart"),
     "turn_gain": ("ratio",),
     "speed_deadzone": ("threshold_mps",),
     "speed_saturation": ("limit_mps",),

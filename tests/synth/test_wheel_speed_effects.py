@@ -41,7 +41,7 @@ SIZES = {
     "pose_delay": {"delay_s": 0.1},
     "slope_slip": {"x_mps": 0.05, "y_mps": -0.04},
     "low_grip_patch": {"x_m": 1.5, "y_m": 0.0, "radius_m": 1.2, "loss": 0.5},
-    "slip_interval": {"start_s": 6.0, "end_s": 9.0, "loss": 0.5},
+    "slip_interval": {"start_s": 6.0, "end_s": 9.0, "loss": 0.4, "loss_apart": 0.2},
     "heading_misalignment": {"angle_rad": 0.08},
     "pose_lever_arm": {"x_m": 0.2, "y_m": -0.1},
     "yaw_drift": {"rate_radps": 0.01},
@@ -90,14 +90,15 @@ def travelled(log, name, p):
         mean, half = mean * (1 + p["ratio"]), half * (1 + p["ratio"])
     if name == "wheel_scale_difference":
         mean, half = mean + p["ratio"] * half, half + p["ratio"] * mean
-    loss = np.zeros(len(mean))
+    loss, apart = np.zeros(len(mean)), p.get("loss_apart", 0.0) / p.get("loss", 1.0)
     age = seconds(log, log.wheels.t_ns) - dt / 2
     if name == "slip_interval":
         loss = np.where((age >= p["start_s"]) & (age < p["end_s"]), p["loss"], 0.0)
     if name == "low_grip_patch":
         x, y = (np.interp(age, seconds(log, log.pose.t_ns), c) for c in (log.pose.x_m, log.pose.y_m))
         loss = np.where(np.hypot(x - p["x_m"], y - p["y_m"]) < p["radius_m"], p["loss"], 0.0)
-    mean, half = mean * (1 - loss), half * (1 - loss)
+    right, left = (mean + half) * (1 - loss * (1 + apart)), (mean - half) * (1 - loss * (1 - apart))
+    mean, half = (right + left) / 2, (right - left) / 2
     rate = half / L / wider(name, p, mean, half)
     v, lateral = mean, np.zeros(len(mean))
     if name == "icr_offset":

@@ -38,10 +38,10 @@ def draw_effect(
 ) -> Effect:
     """The effect with the parameters ``given``, and the others drawn; a vector is drawn whole or not at all.
 
-    A place, which has no range, is NaN until the path decides it.
+    A place, which has no range, is NaN until the path decides it; what need not be is not drawn.
     """
     effect = declared(name)
-    values = effect.absent | {
+    values = {
         key: draw(name, effect.ranges[key], rng, robot, duration_s)
         for key in effect.parameters
         if key in effect.ranges
@@ -51,7 +51,8 @@ def draw_effect(
     for key, within in effect.ranges.items():
         if within.after:
             values[key] += given.get(within.after, values[within.after])
-    return Effect(name, {key: float(given.get(key, values.get(key, np.nan))) for key in effect.parameters})
+    said = [key for key in effect.parameters if key in given or key not in effect.absent]
+    return Effect(name, {key: float(given.get(key, values.get(key, np.nan))) for key in said})
 
 
 def draw(

@@ -25,9 +25,11 @@ class RollingHidden(NamedTuple):
     drift_x_mps: float = 0.0
     drift_y_mps: float = 0.0
     slip_loss: float = 0.0
+    slip_apart: float = 0.0
     slip_start_s: float = 0.0
     slip_end_s: float = 0.0
     patch_loss: float = 0.0
+    patch_apart: float = 0.0
     patch_x_m: float = 0.0
     patch_y_m: float = 0.0
     patch_radius_m: float = 0.0
@@ -57,12 +59,13 @@ def wheel_scale_difference(h: RollingHidden, p: Parameters) -> RollingHidden:
 
 def slip_interval(h: RollingHidden, p: Parameters) -> RollingHidden:
     """A loss in an interval of time."""
-    return h._replace(slip_loss=p["loss"], slip_start_s=p["start_s"], slip_end_s=p["end_s"])
+    h = h._replace(slip_loss=p["loss"], slip_apart=p.get("loss_apart", 0.0))
+    return h._replace(slip_start_s=p["start_s"], slip_end_s=p["end_s"])
 
 
 def low_grip_patch(h: RollingHidden, p: Parameters) -> RollingHidden:
     """A loss inside a disc."""
-    h = h._replace(patch_loss=p["loss"], patch_radius_m=p["radius_m"])
+    h = h._replace(patch_loss=p["loss"], patch_apart=p.get("loss_apart", 0.0), patch_radius_m=p["radius_m"])
     return h._replace(patch_x_m=p["x_m"], patch_y_m=p["y_m"])
 
 

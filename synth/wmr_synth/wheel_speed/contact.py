@@ -63,25 +63,29 @@ Four = tuple[float, float, float, float]
 
 
 @compiled
-def grip_lost(t: float, state: F64, h: RollingHidden) -> float:
-    """Share of the wheel speeds that the hidden effects lose, in time or in a disc."""
-    kept = 1.0 - forms.interval(h.slip_loss, h.slip_start_s, h.slip_end_s, t, h.plain)
-    if h.patch_loss != 0.0:
+def kept_by(side: float, t: float, state: F64, h: RollingHidden) -> float:
+    """Share of the speed of the right wheel (side 1) or the left one (−1) that the hidden effects leave, in time
+    or in a disc.
+    """
+    lost = h.slip_loss + side * h.slip_apart
+    kept = 1.0 - forms.interval(lost, h.slip_start_s, h.slip_end_s, t, h.plain)
+    if h.patch_loss != 0.0 or h.patch_apart != 0.0:
         distance = math.hypot(state[X] - h.patch_x_m, state[Y] - h.patch_y_m)
-        kept *= 1.0 - forms.patch(h.patch_loss, h.patch_radius_m, distance, h.plain)
-    return 1.0 - kept
+        kept *= 1.0 - forms.patch(h.patch_loss + side * h.patch_apart, h.patch_radius_m, distance, h.plain)
+    return kept
 
 
 @compiled
 def gripped(
-    rims: Pair, rough: Pair, dt: float, lost: float, drift_mps: float, state: F64, rig: Rig, h: RollingHidden
+    rims: Pair, rough: Pair, dt: float, kept: Pair, drift_mps: float, state: F64, rig: Rig, h: RollingHidden
 ) -> Four:
     """(v_long*, l_e·yaw_rate*) of the rims (right, left), and what of their mean and of half their difference
     is the robot's own slip by a hidden effect.
 
     ``rough`` are the slips by uneven ground, ``drift_mps`` a slope's drift ahead.
     """
-    mean, half = 0.5 * (rims[0] + rims[1]) * (1.0 - lost), 0.5 * (rims[0] - rims[1]) * (1.0 - lost)
+    right, left = rims[0] * kept[0], rims[1] * kept[1]
+    mean, half = 0.5 * (right + left), 0.5 * (right - left)
     yaw_rate = state[TURN] / rig.half_track_m
     ahead = mean * (
         1.0 - rolling_forms.turning_share(h.turning_slip_s_per_m, yaw_rate, rig.stated_half_track_m, h.plain)
@@ -165,9 +169,9 @@ def slide(  # noqa: PLR0913, PLR0917 – compiled
     gate = rolling_forms.drift_share(speed, h.plain)
     ahead = gate * (h.drift_x_mps * cosine + h.drift_y_mps * sine)
     aside = gate * (h.drift_y_mps * cosine - h.drift_x_mps * sine)
-    lost = grip_lost(t, state, h)
+    kept = kept_by(1.0, t, state, h), kept_by(-1.0, t, state, h)
     bumps = uneven * state[ROUGH_LONG], uneven * state[ROUGH_TURN]
-    v_wanted, turn_wanted, own, own_turn = gripped(rims, bumps, dt, lost, ahead, state, rig, h)
+    v_wanted, turn_wanted, own, own_turn = gripped(rims, bumps, dt, kept, ahead, state, rig, h)
     yaw_rate = state[TURN] / rig.half_track_m
     carried = state[V_LAT] * yaw_rate + push[0]
     work[0] = state[V] + dt * carried

@@ -227,6 +227,9 @@ class GateSettingsWheelSpeed:
     """Least time of a slip that is a finding, of a robot which rolled on its calibration logs, s. Judgement:
     on 72 logs of strangers' robots with nothing hidden the longest lasts .6 s."""
 
+    least_beyond_calibration: float = 2.0
+    """By how many times its loss has to exceed the largest one of the calibration logs. Judgement: twice."""
+
     least_seen_gain: float = 60.0
     """By how much it has to be likelier than rolling. Judgement: on 83 logs of MuJoCo's two-wheeled robots
     with nothing hidden no slip lasts two bins."""

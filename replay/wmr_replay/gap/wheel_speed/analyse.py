@@ -96,8 +96,8 @@ def problem_of(logs: Sequence[Log], base: Base, options: GapOptions, driven_by: 
         raise InvalidSignal("wheel speed", "no stretch of the log is long enough")
     problem = Problem(record, bins, base.chassis, base.values, np.ones(len(bins.start), bool), settings)
     if driven_by != "command":
-        may_slip = base.rolled and options.modes == "identified" and record.anchored
-        problem = replace(problem, base_sd=base.values_sd, may_slip=may_slip)
+        may_slip = options.modes == "identified" and record.anchored
+        problem = replace(problem, base_sd=base.values_sd, slips_to=base.slips_to if may_slip else 1.0)
     if int(unit_of_blocks(problem).max()) + 1 < settings.gates.least_units:
         seconds = float(bins.inside.sum()) * bins.step_s
         raise InvalidSignal(

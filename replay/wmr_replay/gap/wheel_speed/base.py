@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from wmr_replay.gap.wheel_speed.between_logs import misfit_sd
 from wmr_replay.gap.wheel_speed.candidates import SLIP
 from wmr_replay.gap.wheel_speed.drive import Chassis, Values
-from wmr_replay.gap.wheel_speed.predict import DECLARED
+from wmr_replay.gap.wheel_speed.predict import DECLARED, FACTORS
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
@@ -36,15 +36,23 @@ class Base:
         }
 
     @property
-    def rolled(self) -> bool:
-        """Whether the robot was calibrated, and rolled on the calibration logs."""
-        return bool(self.values_sd) and SLIP not in self.misfit
+    def slips_to(self) -> float:
+        """The largest loss of a slip on the calibration logs; all of it where the robot is not calibrated."""
+        return self.misfit.get(SLIP, 0.0) if self.values_sd else 1.0
 
     @property
     def values_sd(self) -> Values:
         """Their standard deviations, of those that the source says, and what calibration logs show beside."""
-        held: Values = {e.name: dict(e.sd) for e in self.effects if e.name in DECLARED and e.sd}
+        held: Values = {e.name: relative_sd(e) for e in self.effects if e.name in DECLARED and e.sd}
         return {**misfit_sd(self.misfit), **held}
+
+
+def relative_sd(effect: Effect) -> dict[str, float]:
+    """An effect's standard deviations, as those of another one of its name beside it: of a ratio that changes
+    a factor of the model, sd/(1 + ratio).
+    """
+    factor = 1 + effect.parameters["ratio"] if effect.name in FACTORS else 1.0
+    return {key: sd / factor for key, sd in effect.sd.items()}
 
 
 def base_of(robot: RobotParameters, model: Model | None) -> Base:

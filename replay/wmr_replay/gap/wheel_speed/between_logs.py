@@ -16,36 +16,34 @@ from wmr_replay.gap.wheel_speed.candidates import PLACES, candidates_of, paramet
 from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.estimate import Fit, inverse, refit
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
-from wmr_replay.gap.wheel_speed.rolling import WIDE_TURNS
 from wmr_replay.gap.wheel_speed.scan import scan
 from wmr_schemas.arrays import F64
 
 LEAST_LOGS = 2
 HALVINGS = 40
 """Of the interval that holds a variance between logs. Numerics: to a millionth of a millionth."""
-SCRUB_SD = 0.03
-"""Standard deviation of what scrubbing adds to the track, as a share, on another drive. Physics: dry friction
-has no track of its own; the form of slip in turns is known as well (``FORM_SD``)."""
-SCRUB_SD_OF_ONE = 0.06
-"""The same of a calibration on one log. Physics: another day has another ground, load and pressure of the
-tyres. Judgement: a stranger's skid-steered and tracked robots, up to .09 on 18 logs with nothing hidden."""
-SCRUB_SD_OF_A_FORM = 0.12
-"""The same where one log does not show how it goes by the turn (``wide_turn_scrub``). Judgement: between the
-widest turn and one on the spot it differs by a quarter to a half on these two."""
+SCRUB_SD = 0.06
+"""Standard deviation of what scrubbing adds to the track, as a share, on another drive. Physics: another day
+has another ground, load and pressure of the tyres. Judgement: up to .09 on 36 logs of strangers' skid-steered
+and tracked robots with nothing hidden."""
+SIDES_SD = 0.03
+"""By how much of it the sides differ in turns to one side. Physics: as well as dry friction is known."""
 TURNING_SD = 0.03
 """Standard deviation of the slip ahead in turns (``turning_slip``) on another drive, s/m, by the share that
 scrubbing adds to the track. Judgement: MuJoCo's skid-steered robot, whose track is 2.2 times that of its
 wheels, has .05 to .11 on four of 30 logs with nothing hidden."""
-TURNING_SD_OF_ONE = 0.15
-"""The same of a calibration on one log. Judgement: strangers' four robots that scrub, of .2 to .47, slip by 0
-to .2 s/m on 26 logs with nothing hidden, and one of them by 0 on one drive and by .15 on another."""
-CREEP_SD_OF_ONE = 0.06
-"""Standard deviation of the creep sideways (``lateral_slip``) on another drive, s, by that share, of a
-calibration on one log. Judgement: tyres that scrub creep by .1 to .15 s of it, on these two robots."""
-MOVES_SD_OF_ONE = 0.15
-"""Standard deviation of how far the centre of rotation moves along the robot, in half-tracks, by that share,
-of a calibration on one log. Judgement: .3 of it in turns on the spot, where tyres creep least, on the
-skid-steered one."""
+SCRUBS = 0.2
+"""A robot of whose track scrubbing adds this share, or more, has the deviations of one that scrubs; of less,
+in proportion. Judgement: strangers' tracks are wider by .01 without scrubbing, and by .2 to .75 with it."""
+TURNING_SD_OF_ONE = 0.05
+"""Standard deviation of the slip ahead in turns of a robot that scrubs, of a calibration on one log, s/m.
+Judgement: 0 to .2 on 26 logs with nothing hidden; one robot has 0 on one drive and .15 on another."""
+CREEP_SD_OF_ONE = 0.02
+"""The same of the creep sideways (``lateral_slip``), s. Judgement: .03 to .08 on these, often with none
+proven in the calibration."""
+MOVES_SD_OF_ONE = 0.05
+"""The same of how far the centre of rotation moves along the robot, in half-tracks. Judgement: up to .15, in
+turns on the spot, where tyres creep least."""
 CENTRE_SD = 0.01
 """Standard deviation of how far the centre of rotation moves along the robot from drive to drive, as a share
 of the half-track: tyres creep sideways under what casters and pads do. Judgement: .011 on 56 logs of MuJoCo's
@@ -66,11 +64,13 @@ def fitted_alone(problem: Problem, fitted: Fit) -> list[tuple[Problem, Fit]]:
     return [(one, refit(one, fitted.parameters, fitted.values, fitted.noises)) for one in alone]
 
 
-def sd_of_another_log(problem: Problem, fitted: Fit, alone: list[tuple[Problem, Fit]]) -> F64:
+def sd_of_another_log(
+    problem: Problem, fitted: Fit, alone: list[tuple[Problem, Fit]], form_sd: float = 0.0
+) -> F64:
     """Standard deviations (p,) of the parameters of another log about the common fit. One log does not show
-    how far the centre of rotation moves.
+    how far the centre of rotation moves. ``form_sd`` is what is not known of the track by the turn, a share.
     """
-    scrubbing = of_scrubbing(problem, fitted, n_logs=max(len(alone), 1))
+    scrubbing = of_scrubbing(problem, fitted, n_logs=max(len(alone), 1), form_sd=form_sd)
     scrub_sd = np.array([scrubbing.get(one.effect, 0.0) for one in fitted.parameters])
     if not alone:
         moves_m = CENTRE_SD * problem.chassis.half_track_m
@@ -113,28 +113,31 @@ def variance_between(sizes: F64, variances: F64) -> float:
     return float(low.sum())
 
 
-def of_scrubbing(problem: Problem, fitted: Fit, n_logs: int) -> dict[str, float]:
+def of_scrubbing(problem: Problem, fitted: Fit, n_logs: int, form_sd: float = 0.0) -> dict[str, float]:
     """Standard deviations, by effect, of what scrubbing otherwise does on another drive."""
     wider = max(fitted.values.get("effective_track", {}).get("ratio", 0.0), 0.0)
-    found = {"pose_lever_arm": sides_apart_m(problem, fitted), "turning_slip": TURNING_SD * wider}
+    found = {
+        "effective_track": float(np.hypot(SCRUB_SD * wider, form_sd * (1 + wider) * (wider > 0))),
+        "pose_lever_arm": sides_apart_m(problem, fitted),
+        "turning_slip": TURNING_SD * wider,
+    }
     if n_logs >= LEAST_LOGS:
-        return {**found, "effective_track": SCRUB_SD * wider}
-    by_turn = SCRUB_SD_OF_ONE if WIDE_TURNS in fitted.values else SCRUB_SD_OF_A_FORM
+        return found
+    scrubs = min(wider / SCRUBS, 1.0)
     return {
         **found,
-        "effective_track": by_turn * wider,
-        "icr_offset": MOVES_SD_OF_ONE * wider * problem.chassis.half_track_m,
-        "lateral_slip": CREEP_SD_OF_ONE * wider,
-        "turning_slip": TURNING_SD_OF_ONE * wider,
+        "icr_offset": MOVES_SD_OF_ONE * scrubs * problem.chassis.half_track_m,
+        "lateral_slip": CREEP_SD_OF_ONE * scrubs,
+        "turning_slip": TURNING_SD_OF_ONE * scrubs,
     }
 
 
 def sides_apart_m(problem: Problem, own: Fit) -> float:
     """How far the centre of rotation moves sideways where scrubbing widens one side's half-track by
-    ``SCRUB_SD`` more than the other's, as it does in turns to one side: a lever arm is the same motion.
+    ``SIDES_SD`` more than the other's, as it does in turns to one side: a lever arm is the same motion.
     """
     wider = max(own.values.get("effective_track", {}).get("ratio", 0.0), 0.0)
-    return SCRUB_SD * wider * problem.chassis.half_track_m
+    return SIDES_SD * wider * problem.chassis.half_track_m
 
 
 def may_differ(name: str, own: Fit) -> bool:

@@ -15,7 +15,7 @@ from wmr_replay.gap.wheel_speed.estimate import Fit, fit
 from wmr_replay.gap.wheel_speed.evidence import matters, p_value
 from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.plausible import logs_apart
-from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
+from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter, Problem
 from wmr_replay.gap.wheel_speed.rolling import WIDE_TURNS
 from wmr_replay.gap.wheel_speed.seen_slipping import slipping_left
 from wmr_replay.gap.wheel_speed.select import base_fit, fitted_with
@@ -60,7 +60,7 @@ def calibrate_wheel_speeds(
     for name in OF_TYRES:
         fitted = with_tyres(problem, fitted, name)
     alone = fitted_alone(problem, fitted)
-    sd = sd_of_another_log(problem, fitted, alone)
+    sd = sd_of_another_log(problem, fitted, alone, form_left(problem, fitted))
     model = Model(
         robot=base.robot,
         noise=noise_model(problem, fitted),
@@ -103,6 +103,15 @@ def with_tyres(problem: Problem, fitted: Fit, name: str) -> Fit:
         return fitted
     proven = p_value(creeping, name, 1) < own.level and matters(creeping, name, (), own.least_relevant)
     return creeping if proven else fitted
+
+
+def form_left(problem: Problem, fitted: Fit) -> float:
+    """How far the track may differ by the turn, as a share, where the fit does not hold how it goes by it."""
+    if WIDE_TURNS in fitted.values:
+        return 0.0
+    trial = fitted_with(problem, fitted, WIDE_TURNS, {})
+    sd = float(trial.sd[trial.parameters.index(Parameter(WIDE_TURNS, "ratio"))])
+    return float(np.hypot(trial.values[WIDE_TURNS]["ratio"], sd)) / 2
 
 
 def effect_of(fitted: Fit, sd: F64, name: str) -> Effect:

@@ -59,9 +59,9 @@ class Problem:
     """Predictions by bin; those of one record share them."""
     base_sd: Values = field(default_factory=dict)
     """Standard deviations of the base model's effects, where a calibration says them."""
-    may_slip: bool = False
-    """Whether slipping is a finding: modes are identified, on the ground of one world, and the robot rolled
-    on its calibration logs."""
+    slips_to: float = 1.0
+    """The loss that a slip has to exceed by far to be a finding: that of the calibration logs, where modes
+    are identified, on the ground of one world; else all of it."""
 
     @property
     def with_slip(self) -> "Problem":

@@ -76,13 +76,13 @@ def with_wheels(record: Record, wheels: F64, effects: Values) -> F64:
     if "low_grip_patch" in effects:
         kept *= kept_of(effects["low_grip_patch"], in_disc(record.world, effects["low_grip_patch"]))
     apart = effects.get("wheel_scale_difference", {}).get("ratio", 0.0)
-    return wheels * kept * np.array([[1 - apart], [1 + apart]])
+    return np.asarray(wheels * kept * np.array([[1 - apart], [1 + apart]]))
 
 
 def kept_of(loss: Mapping[str, float], inside: F64) -> F64:
     """What the left and the right wheel keep (2, M) where a share (M,) of each row loses traction."""
     apart = loss.get("loss_apart", 0.0)
-    return 1 - np.array([[loss["loss"] - apart], [loss["loss"] + apart]]) * inside
+    return np.asarray(1 - np.array([[loss["loss"] - apart], [loss["loss"] + apart]]) * inside)
 
 
 def in_interval(time_s: F64, p: Mapping[str, float]) -> F64:

@@ -89,11 +89,11 @@ def known_to_a_bin(fit: Fit, whole: Problem, slips: list[Slip]) -> Fit:
 
 
 def seen_slips(selection: Selection) -> list[Slip]:
-    """The slips that are a finding, the likeliest first; none where the robot is not calibrated, slipped on
-    its calibration logs, or a loss is found already.
+    """The slips that are a finding, the likeliest first; none where the robot is not calibrated, or a loss is
+    found already.
     """
     problem, fit = selection.problem, selection.fit
-    if not problem.may_slip or any(one.name in PLACES for one in selection.found):
+    if problem.slips_to >= 1 or any(one.name in PLACES for one in selection.found):
         return []
     found = [one for one in slips_of(problem, fit) if is_found(problem, fit, one)]
     return sorted(found, key=lambda slip: -slip.gain)
@@ -136,10 +136,12 @@ def slips_of(problem: Problem, fit: Fit) -> list[Slip]:
 
 
 def is_found(problem: Problem, fit: Fit, slip: Slip) -> bool:
-    """Whether motion is lost for good, for a while, without a doubt."""
+    """Whether far more motion than on the calibration logs is lost for good, for a while, without a doubt."""
     own, wider = problem.settings.gates, problem.base.get("effective_track", {}).get("ratio", 0.0)
     least = own.least_seen_gain if wider < own.least_scrubbing else own.least_seen_gain_scrubbing
-    return slip.gain >= least and lasts(problem, slip) and stays_behind(problem, fit, slip)
+    if slip.gain < least or slip.loss < own.least_beyond_calibration * problem.slips_to:
+        return False
+    return lasts(problem, slip) and stays_behind(problem, fit, slip)
 
 
 def lasts(problem: Problem, slip: Slip) -> bool:
@@ -149,7 +151,7 @@ def lasts(problem: Problem, slip: Slip) -> bool:
 
 
 def stays_behind(problem: Problem, fit: Fit, slip: Slip) -> bool:
-    """Whether the robot is still behind its wheels after a slip: behind the wheel that slips, or of both ahead
+    """Whether the robot is still behind its wheels after a slip: behind the one that slips, or of both ahead
     or in yaw, of which the rims roll the longer way. Where a tracker held the pose, it catches up.
     """
     whole, rows = problem.with_slip, np.flatnonzero(beside(slip.inside))[[0, -1]]

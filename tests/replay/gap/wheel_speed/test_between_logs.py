@@ -10,9 +10,10 @@ from wmr_replay.gap.wheel_speed.base import Base
 from wmr_replay.gap.wheel_speed.between_logs import (
     CENTRE_SD,
     CREEP_SD_OF_ONE,
+    MOVES_SD_OF_ONE,
     SCRUB_SD,
-    SCRUB_SD_OF_A_FORM,
-    SCRUB_SD_OF_ONE,
+    SCRUBS,
+    SIDES_SD,
     TURNING_SD,
     misfit_between,
     of_scrubbing,
@@ -64,7 +65,7 @@ def test_a_scrubbing_track_is_known_no_better_than_its_form():
     sd = sd_of_another_log(ROBOT, same, [(None, same), (None, same)])
     assert sd == pytest.approx([np.hypot(0.001, SCRUB_SD * 1.4)])
     problem = SimpleNamespace(chassis=Chassis(0.1, 0.25))
-    assert sides_apart_m(problem, same) == pytest.approx(SCRUB_SD * 1.4 * 0.25)
+    assert sides_apart_m(problem, same) == pytest.approx(SIDES_SD * 1.4 * 0.25)
 
 
 @pytest.mark.parametrize(
@@ -87,7 +88,7 @@ def test_what_single_logs_show_beside_the_base(sizes, sds, expected):
 def test_a_rest_of_the_size_of_the_misfit_is_no_finding():
     held = Effect("wheel_scale", {"ratio": 0.01}, {"ratio": 0.001})
     base = Base(RobotParameters(), (held,), "model file", misfit={"turning_slip": 0.1, "wheel_scale": 9.0})
-    assert base.values_sd == {"turning_slip": {"s_per_m": 0.1}, "wheel_scale": {"ratio": 0.001}}
+    assert base.values_sd == {"turning_slip": {"s_per_m": 0.1}, "wheel_scale": {"ratio": 0.001 / 1.01}}
     small, large = (fit_of(size, 0.01, "turning_slip", "s_per_m") for size in (0.2, 0.6))
     assert within_calibration(base.values_sd, small, "turning_slip", GATES)
     assert not within_calibration(base.values_sd, large, "turning_slip", GATES)
@@ -113,28 +114,30 @@ def test_a_robot_that_scrubs_slips_ahead_in_turns_otherwise_on_another_drive():
     found = of_scrubbing(ROBOT, wide, n_logs=2)
     assert found["turning_slip"] == pytest.approx(1.2 * TURNING_SD)
     assert found["pose_lever_arm"] == pytest.approx(sides_apart_m(ROBOT, wide))
-    assert set(of_scrubbing(ROBOT, narrow, n_logs=1).values()) == {0.0}
+    assert set(of_scrubbing(ROBOT, narrow, n_logs=1, form_sd=0.1).values()) == {0.0}
 
 
 def test_a_robot_that_scrubs_is_known_by_one_log_less_well_than_by_two():
     wide = fit_of(0.4, 0.01, "effective_track")
     one, two = (of_scrubbing(ROBOT, wide, n_logs=n) for n in (1, 2))
     assert {"icr_offset", "lateral_slip"} == one.keys() - two.keys()
-    assert one["effective_track"] == pytest.approx(SCRUB_SD_OF_A_FORM * 0.4)
-    assert two["effective_track"] == pytest.approx(SCRUB_SD * 0.4)
-    wide.values["wide_turn_scrub"] = {"ratio": 0.1}
-    by_turn = of_scrubbing(ROBOT, wide, n_logs=1)["effective_track"]
-    assert by_turn == pytest.approx(SCRUB_SD_OF_ONE * 0.4)
-    assert sd_of_another_log(ROBOT, wide, []) == pytest.approx([np.hypot(0.01, by_turn)])
+    assert one["icr_offset"] == pytest.approx(MOVES_SD_OF_ONE * 0.25)
+    assert of_scrubbing(ROBOT, fit_of(SCRUBS / 4, 0.01, "effective_track"), n_logs=1)[
+        "lateral_slip"
+    ] == pytest.approx(CREEP_SD_OF_ONE / 4)
+    assert one["effective_track"] == two["effective_track"] == pytest.approx(SCRUB_SD * 0.4)
+    by_turn = of_scrubbing(ROBOT, wide, n_logs=1, form_sd=0.05)["effective_track"]
+    assert by_turn == pytest.approx(np.hypot(SCRUB_SD * 0.4, 0.05 * 1.4))
+    assert sd_of_another_log(ROBOT, wide, [], 0.05) == pytest.approx([np.hypot(0.01, by_turn)])
     narrow = fit_of(-0.2, 0.01, "effective_track")  # a data sheet that is wrong, no scrubbing
-    assert sd_of_another_log(ROBOT, narrow, []) == pytest.approx([0.01])
+    assert sd_of_another_log(ROBOT, narrow, [], 0.05) == pytest.approx([0.01])
 
 
 def test_what_a_robot_that_scrubs_may_do_elsewhere_is_misfit_where_the_base_does_not_hold_it():
     wide = fit_of(0.4, 0.01, "effective_track")
     found = misfit_between(ROBOT, wide, [])
     assert found.keys() == {"pose_lever_arm", "turning_slip", "icr_offset", "lateral_slip"}
-    assert found["lateral_slip"] == pytest.approx(CREEP_SD_OF_ONE * 0.4)
+    assert found["lateral_slip"] == pytest.approx(CREEP_SD_OF_ONE)
     wide.values["lateral_slip"] = {"seconds": 0.05}
     assert "lateral_slip" not in misfit_between(ROBOT, wide, [])
     assert misfit_between(ROBOT, fit_of(0.0, 0.01, "effective_track"), []) == {}

@@ -12,13 +12,12 @@ from wmr_replay.gap.wheel_speed import seen_slipping
 from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds, problem_of
 from wmr_replay.gap.wheel_speed.base import base_of
 from wmr_replay.gap.wheel_speed.calibrate import calibrate_wheel_speeds
-from wmr_replay.gap.wheel_speed.drive import Chassis
 from wmr_replay.gap.wheel_speed.modes import ideal_only
+from wmr_replay.gap.wheel_speed.places import Rates
 from wmr_replay.gap.wheel_speed.seen_slipping import (
     Slip,
     apart_from,
     is_found,
-    lost_share,
     seen_slips,
     stays_behind,
 )
@@ -31,15 +30,13 @@ SPINS_S = (25.0, 27.0)
 STARTED_NS = round(LEAD_S * NS_PER_S)
 
 
-def spinning(log, times=8.0, span_s=SPINS_S):
+def spinning(log, times=8.0, span_s=SPINS_S, sides=("left", "right")):
     """The log with wheels that turn up to so many times as fast in a span: the loss grows and fades."""
     since_s = (log.wheels.t_ns - STARTED_NS) / NS_PER_S - span_s[0]
     share = np.clip(since_s / (span_s[1] - span_s[0]), 0.0, 1.0)
     faster = 1 + (times - 1) * np.sin(np.pi * share) ** 2
-    wheels = replace(
-        log.wheels, left_radps=faster * log.wheels.left_radps, right_radps=faster * log.wheels.right_radps
-    )
-    return replace(log, wheels=wheels)
+    spun = {f"{side}_radps": faster * getattr(log.wheels, f"{side}_radps") for side in sides}
+    return replace(log, wheels=replace(log.wheels, **spun))
 
 
 def held_by_its_tracker(log, span_s=SPINS_S):
@@ -79,6 +76,25 @@ def test_wheels_that_spin_are_a_slip_in_their_time(rolled, log):
     assert slip.p_value < 1e-6
 
 
+@pytest.mark.parametrize(("side", "sign"), [("left", -1.0), ("right", 1.0)])
+def test_one_wheel_that_spins_is_a_slip_of_its_own(rolled, log, side, sign):
+    found = analyse_wheel_speeds([spinning(log, times=3.0, sides=(side,))], rolled)
+    (slip,) = found.effects
+    assert (found.verdict, slip.name) == ("named", "slip_interval")
+    assert slip.parameters["start_s"].value == pytest.approx(SPINS_S[0], abs=0.5)
+    loss, apart = slip.parameters["loss"].value, slip.parameters["loss_apart"].value
+    assert 0.3 < 2 * loss < 1 - 1 / 3
+    assert apart == pytest.approx(sign * loss)
+    (said,) = (note for note in found.notes if "wheels slip" in note)
+    assert f"the {side} from 25." in said
+    assert found.position.held_out.after < found.position.held_out.before
+
+
+def test_a_short_slip_is_none(rolled, log):
+    found = analyse_wheel_speeds([spinning(log, times=3.0, span_s=(25.0, 25.2), sides=("left",))], rolled)
+    assert (found.verdict, found.effects) == ("nothing_missing", ())
+
+
 def test_a_robot_that_rolls_has_none(rolled, log):
     assert analyse_wheel_speeds([log], rolled).effects == ()
 
@@ -89,11 +105,11 @@ def test_without_a_calibration_it_is_a_contact_mode(log):
 
 
 def test_where_no_modes_are_identified_none_is(rolled, log):
-    for modes, may_slip in (("identified", True), ("ideal", False)):
+    for modes, slips_to in (("identified", 0.0), ("ideal", 1.0)):
         options = GapOptions(modes=modes)
         problem = problem_of([spinning(log)], base_of(ROBOT, rolled), options, "wheel_speed")
-        assert problem.may_slip is may_slip
-        assert bool(seen_slips(select(problem, 0))) is may_slip
+        assert problem.slips_to == slips_to
+        assert bool(seen_slips(select(problem, 0))) is (slips_to == 0)
 
 
 def test_a_robot_that_slipped_on_its_calibration_log_slips(log):
@@ -124,29 +140,39 @@ def test_slips_in_one_place_are_a_patch_there(rolled, log):
 
 def test_a_robot_that_rolls_back_while_its_wheels_drive_on_loses_no_more_than_a_model_file_holds():
     measured, predicted, sd = (np.full((3, 4), value) for value in (-0.2, 3.0, 0.05))
-    rates = SimpleNamespace(measured=measured, predicted=predicted, sd=sd)
-    assert Domain.SHARE.holds(lost_share(rates, np.ones(4, bool)))
+    rates = Rates.__new__(Rates)
+    rates.measured, rates.predicted, rates.sd, rates.half_track_m = measured, predicted, sd, 0.25
+    assert Domain.SHARE.holds(rates.lost_share(np.ones(4, bool), "both"))
     rates.measured = 0.25 * predicted
-    assert lost_share(rates, np.ones(4, bool)) == pytest.approx(0.75)
+    assert rates.lost_share(np.ones(4, bool), "both") == pytest.approx(0.75)
+    left = (predicted[0] - 0.25 * predicted[2]) / 2  # half of what the left wheel rolls
+    rates.measured = predicted - 0.4 * np.stack([left, 0 * left, -left / 0.25])
+    assert rates.lost_share(np.ones(4, bool), "left") == pytest.approx(0.4)
+    assert rates.gains("left").max() > rates.gains("right").max()
 
 
 @pytest.mark.parametrize(("wider", "gain", "found"), [(0.1, 61, True), (0.3, 149, False), (0.3, 151, True)])
 def test_the_wheels_of_a_robot_that_scrubs_must_spin_more(monkeypatch, wider, gain, found):
     monkeypatch.setattr(seen_slipping, "stays_behind", lambda *_: True)
-    settings = GapOptions().gates.wheel_speed
-    problem = SimpleNamespace(settings=settings, base={"effective_track": {"ratio": wider}})
-    assert is_found(problem, None, Slip(np.ones(1, bool), gain, 0.7, 0.1)) is found
+    settings, bins = GapOptions().gates.wheel_speed, SimpleNamespace(step_s=0.2)
+    base = {"effective_track": {"ratio": wider}}
+    problem = SimpleNamespace(settings=settings, base=base, bins=bins, slips_to=0.0)
+    assert is_found(problem, None, Slip(np.ones(4, bool), gain, 0.7, 0.1)) is found
+    assert not is_found(problem, None, Slip(np.ones(3, bool), gain, 0.7, 0.1))  # .6 s
+    problem.slips_to = 0.4
+    assert not is_found(problem, None, Slip(np.ones(4, bool), gain, 0.7, 0.1))  # less than twice as much
 
 
 @pytest.mark.parametrize(
     ("channel", "share", "stays"), [(0, 0.2, True), (2, 0.2, True), (0, 1.0, False), (2, 1.0, False)]
 )
-def test_a_robot_stays_behind_ahead_or_where_it_turns_on_the_spot(channel, share, stays):
+def test_a_robot_stays_behind_ahead_or_where_it_turns_on_the_spot(monkeypatch, channel, share, stays):
     """Wheels that roll 6 m or rad in 10 bins, of which the robot makes a share by the end."""
     way = np.zeros((3, 20))
     way[channel] = np.clip(np.arange(20.0) - 5, 0, 10) * 0.6
-    whole = SimpleNamespace(chassis=Chassis(0.1, 0.25), predicted=lambda _: way, measured=share * way)
+    whole = SimpleNamespace(predicted=lambda _: way, measured=share * way)
     problem = SimpleNamespace(with_slip=whole, settings=GapOptions().gates.wheel_speed)
+    monkeypatch.setattr(seen_slipping, "Rates", lambda *_: SimpleNamespace(half_track_m=0.25))
     slip = Slip((np.arange(20) > 4) & (np.arange(20) < 15), 100.0, 0.8, 0.1)
     assert stays_behind(problem, SimpleNamespace(values={}), slip) is stays
 
