@@ -64,7 +64,7 @@ Four = tuple[float, float, float, float]
 
 @compiled
 def kept_by(side: float, t: float, state: F64, h: RollingHidden) -> float:
-    """Share of the speed of the right wheel (side 1) or the left one (−1) that the hidden effects leave, in time
+    """Share of the speed of the right wheel (side 1) or the left (−1) that the hidden effects leave, in time
     or in a disc.
     """
     lost = h.slip_loss + side * h.slip_apart

@@ -17,14 +17,14 @@ from wmr_replay.gap.evidence.channels import (
     with_torques,
 )
 from wmr_replay.gap.evidence.excitation import excitation_ratios
-from wmr_replay.gap.evidence.significance import least_size
+from wmr_replay.gap.evidence.spread import interval_covariance, least_size
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import N_ROW, Base, Row
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.verdict import one_channel_note
 from wmr_replay.gap.scan.misfit import is_rest
 from wmr_replay.gap.scan.score import ScoredCandidate
-from wmr_replay.gap.search.eliminate import may_be_a_rest, stronger
+from wmr_replay.gap.search.eliminate import left_of, may_be_a_rest, stronger
 from wmr_replay.gap.search.fit_candidates import ONE_CHANNEL, assessed
 from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.settings import GateSettings
@@ -131,6 +131,28 @@ def test_a_size_is_a_finding_from_where_its_interval_leaves_what_the_base_leaves
         known = replace(fit, extension=replace(seen, misfit={"yaw_inertia": share}))
         assert not is_rest("yaw_inertia", known.extension, problem.settings.misfit)
         assert may_be_a_rest(problem, known, loud, "yaw_inertia", beside=set()) is rest
+
+
+def test_a_weight_put_on_meanwhile_is_as_open_as_a_payload():
+    problem, fit = with_lag(log_of((LAG_S, LAG_S)))
+    known = replace(fit.extension, misfit={"payload": 0.3})
+    loaded = known.with_effect("load_step", {"mass_ratio": 0.5, "t0_s": 20.0})
+    left = left_of("load_step", problem, loaded, fit)
+    assert left == left_of("payload", problem, known.with_effect("payload", {"mass_ratio": 0.5}), fit)
+    assert left >= 0.3
+    assert left_of("load_step", problem, replace(loaded, misfit={}), fit) == 0
+
+
+def test_how_a_pose_is_mounted_is_as_open_as_its_interval_says():
+    problem, fit = with_lag(log_of((LAG_S, LAG_S)))
+    fit = fit_model(problem, fit.extension.with_effect("pose_lever_arm", {"x_m": 0.1, "y_m": 0.0}), fit.noise)
+    own = [j for j, (name, _) in enumerate(fit.keys) if name == "pose_lever_arm"]
+    size = np.hypot(*fit.values[own])
+    along = fit.values[own] / size
+    V, _ = interval_covariance(problem, fit)
+    open_to = 2 * np.sqrt(along @ V[np.ix_(own, own)] @ along)
+    assert size - least_size(problem, fit, "pose_lever_arm", 2.0) == pytest.approx(open_to)
+    assert open_to > 0
 
 
 @pytest.mark.parametrize(("beside", "rest"), [({"viscous_drag"}, True), (set(), False)])

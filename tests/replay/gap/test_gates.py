@@ -270,6 +270,10 @@ def test_a_disagreement_in_one_time_beyond_all_placebo_logs_has_its_place(loss):
     assert left.name == "slip_interval"
     assert left.parameters["start_s"] == pytest.approx(25, abs=1.5)
     assert left.parameters["end_s"] == pytest.approx(31, abs=1.5)
+    for open_to, said in ((0.2, True), (0.5, False)):  # of the calibrated model's gain in turning
+        known = replace(selection.base.extension, misfit={"drive_gain": 0.02, "yaw_inertia": open_to})
+        base = replace(selection.base, extension=known)
+        assert bool(unexplained(problem, replace(selection, base=base, fit=base, found=()), 0)) is said
     where = marked(Where(), left)
     assert where.intervals[0].start_s == left.parameters["start_s"]
     assert f"to {left.parameters['end_s']:.1f} s" in placed(left)

@@ -95,17 +95,6 @@ def beside(problem: Problem, fit: Fit, slopes: F64, known_to: F64) -> tuple[F64,
     return step[:q], sandwich(psi, e - psi @ step, block)[:q, :q]
 
 
-def least_size(problem: Problem, fit: Fit, name: str, in_sd: float) -> float:
-    """The size of an effect, of two components their length, less ``in_sd`` of its standard deviations,
-    robust over blocks of 2 s.
-    """
-    own = size_columns(fit, name)
-    values, V = fit.values[own], robust_covariance(problem, fit)[0][np.ix_(own, own)]
-    size = float(np.hypot.reduce(values.tolist()))
-    along = values / max(size, 1e-12)
-    return size - in_sd * float(np.sqrt(max(float(along @ V @ along), 0.0)))
-
-
 def rows_that_show(problem: Problem, fit: Fit, name: str) -> Bool:
     """The fitted rows (n,) whose innovations an effect's size moves."""
     moved = np.square(fit.psi[:, :, size_columns(fit, name)]).sum(axis=(1, 2))

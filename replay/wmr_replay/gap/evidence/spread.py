@@ -15,12 +15,13 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import fdtrc
 
-from wmr_replay.gap.estimation.covariance import time_blocks
+from wmr_replay.gap.estimation.covariance import robust_covariance, time_blocks
 from wmr_replay.gap.estimation.own_form import spread_of_forms
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.estimation.without_labels import step_without_labels
 from wmr_replay.gap.evidence.significance import beside_sideslip, size_columns
+from wmr_replay.gap.model.candidates import declaration_of
 from wmr_schemas.arrays import F64
 
 
@@ -44,3 +45,16 @@ def may_be_nothing(problem: Problem, fit: Fit, name: str) -> bool:
     distance = float(theta @ np.linalg.pinv(V[np.ix_(size, size)], hermitian=True) @ theta) / len(size)
     p = float(fdtrc(len(size), max(n_blocks - len(V), own.least_blocks), distance))
     return p > 2 * own.interval_tail
+
+
+def least_size(problem: Problem, fit: Fit, name: str, in_sd: float) -> float:
+    """The size of an effect, of two components their length, less ``in_sd`` of its standard deviations,
+    robust over blocks of 2 s; of how a pose is mounted, those of its interval: tyres that creep move it, too.
+    """
+    own = size_columns(fit, name)
+    of_pose = declaration_of(name).acts_on == "pose"
+    V = (interval_covariance if of_pose else robust_covariance)(problem, fit)[0][np.ix_(own, own)]
+    values = fit.values[own]
+    size = float(np.hypot.reduce(values.tolist()))
+    along = values / max(size, 1e-12)
+    return size - in_sd * float(np.sqrt(max(float(along @ V @ along), 0.0)))

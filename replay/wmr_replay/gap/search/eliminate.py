@@ -16,12 +16,14 @@ from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.evidence.holdout import path_change, prove
 from wmr_replay.gap.evidence.one_place import TYRES
 from wmr_replay.gap.evidence.placebo import placebo_p
-from wmr_replay.gap.evidence.significance import correlation, least_size, size_columns
+from wmr_replay.gap.evidence.significance import correlation, size_columns
+from wmr_replay.gap.evidence.spread import least_size
 from wmr_replay.gap.model.candidates import LOCAL, SKID
 from wmr_replay.gap.model.extension import STIFFEST, WEIGHTS, Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import (
     IN_PARAMETERS,
+    LOADED,
     gain_is_rest,
     hidden_by_answer,
     is_rest,
@@ -228,15 +230,26 @@ def may_be_a_rest(problem: Problem, current: Fit, rest: Fit, name: str, *, besid
         return True
     if name == "drive_gain" and gain_is_rest(extension, own):
         return True
-    left = surely_left(name, alone, own)
-    if left > 0 and name in IN_PARAMETERS:
-        times = own.other_drives if name == "yaw_inertia" else 1.0
-        ratios = excitation_ratios(problem, rest.extension, rest.noise)
-        left += times * hidden_by_answer(ratios, name, own)
+    left = left_of(name, problem, alone, rest)
     if left > 0 and least_size(problem, current, name, own.in_sd) <= left:
         return True
     in_doubt = terms_in_doubt(extension, problem.binned, [name])
     return in_doubt or is_slight_term(name, extension, problem.binned, own)
+
+
+def left_of(name: str, problem: Problem, alone: Extension, rest: Fit) -> float:
+    """What the base model surely leaves of an effect and, of a calibrated parameter, a controller hides; of a
+    weight put on meanwhile, what they leave of a payload.
+    """
+    own = problem.settings.misfit
+    if name == LOADED:
+        name, alone = "payload", alone.without(LOADED)
+    left = surely_left(name, alone, own)
+    if left <= 0 or name not in IN_PARAMETERS:
+        return left
+    times = own.other_drives if name == "yaw_inertia" else 1.0
+    ratios = excitation_ratios(problem, rest.extension, rest.noise)
+    return left + times * hidden_by_answer(ratios, name, own)
 
 
 def may_be_rests(problem: Problem, current: Fit, name: str, *, alone: bool) -> bool:
