@@ -2,12 +2,14 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from wmr_replay.gap.settings.wheel_speed import GateSettingsWheelSpeed, WheelSpeedSettings
 from wmr_replay.gap.wheel_speed.base import base_of
 from wmr_replay.gap.wheel_speed.disagreement import KINDS, least_size
-from wmr_replay.gap.wheel_speed.evidence import within_calibration
+from wmr_replay.gap.wheel_speed.estimate import Fit
+from wmr_replay.gap.wheel_speed.evidence import p_value, within_calibration
 from wmr_replay.gap.wheel_speed.predict import Parameter
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
@@ -48,3 +50,14 @@ def test_deviations_are_those_of_the_model_file():
     base = base_of(ROBOT, Model(robot=ROBOT, effects=effects))
     assert base.values_sd == {"effective_track": {"ratio": pytest.approx(0.02 / 1.3)}}  # of another one
     assert set(base.values) == {"effective_track", "wheel_scale"}
+
+
+@pytest.mark.parametrize(("step_s", "significant"), [(0.05, False), (0.01, True)])
+def test_the_stamps_of_slow_wheel_speeds_are_part_of_a_test(step_s, significant):
+    """A stamp belongs to any instant of its step: 14 ms of 50, in which a slip of 30 ms is hardly two."""
+    which, tiny = Parameter("slip_ratio", "seconds"), np.array([[1e-8]])
+    fit = Fit(
+        (which,), {"slip_ratio": {"seconds": 0.03}}, None, 0.0, 1 / tiny, tiny, 60, step_s / np.sqrt(12)
+    )
+    assert (p_value(fit, "slip_ratio", 10) < OWN.level) is significant
+    assert fit.sd == pytest.approx([step_s / np.sqrt(12)], rel=0.2)
