@@ -13,6 +13,7 @@ from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.misfit import gain_as_inertia, gain_is_rest, is_rest, is_slight_term
 from wmr_replay.gap.scan.turning_in_doubt import (
     doubts,
+    held_in_doubt,
     terms_in_doubt,
     with_turning_in_doubt,
 )
@@ -176,3 +177,13 @@ def test_a_calibration_that_never_turns_leaves_alpha_yaw_by_the_masses_and_open(
     assert model.misfit["yaw_inertia"] == SETTINGS.misfit.most_open
     (said,) = doubts(model.misfit, SETTINGS.misfit)
     assert "it hardly turns" in said
+
+
+@pytest.mark.parametrize(("share", "whole"), [(0.06, False), (0.2, True)])
+def test_where_alpha_yaw_is_not_known_all_that_supports_take_may_be_a_moved_centre_of_mass(share, whole):
+    """On the circle .2·w/V is as large as a centre of mass by (α_yaw/α l)·d·V·yaw_rate."""
+    supports = (("support_friction", {"p0_mps2": 0.1, "d0_mps2": 0.2}),)
+    w = L * YAW_RATE
+    like_m = 0.2 * w / np.hypot(V, w) / (ALPHA_YAW / (ALPHA * L) * V * YAW_RATE)
+    found = held_in_doubt(replace(base(share), known=supports), bin_log(circle(), SETTINGS))["com_offset"]
+    assert found == pytest.approx(like_m if whole else 2 * share * like_m, rel=0.05)

@@ -32,6 +32,7 @@ from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.terms import COEFFICIENT, Term, parse_term
 
+COM = "com_offset"
 IN_DOUBT = (
     "the calibration log does not show well how the torques turn the robot, and alpha_yaw may be off by a "
     "factor of {factor:.3g}: it hardly turns, or something else turns it as well, such as swivel casters "
@@ -79,13 +80,16 @@ def scrub_in_error_mps2(extension: Extension, binned: BinnedLog) -> float:
 
 def held_in_doubt(extension: Extension, binned: BinnedLog) -> dict[str, float]:
     """What twice the error of α_yaw leaves open of the effects in turning that the base holds: it is another
-    one on another drive. Supports that drag may do so in the form of each other effect.
+    one on another drive. Supports that drag may do so in the form of each other effect, and all of what they
+    do where α_yaw is not known may be a moved centre of mass.
     """
     share = binned.settings.misfit.other_drives * extension.misfit.get("yaw_inertia", 0.0)
     shares = dict.fromkeys(TURNING, share) | dict.fromkeys(ONE_WAY, min(share, 1.0))
     dragging = supports_mps2(extension, binned)
     units = dict(units_of(extension, binned))
     found = {name: share * abs(least_squares(unit, dragging)) for name, unit in units.items()}
+    if turning_is_unknown(extension.misfit, binned.settings.misfit):
+        found[COM] = abs(least_squares(units[COM], dragging))
     for name, sizes in extension.known:
         if name in shares:
             found[name] = found.get(name, 0.0) + shares[name] * size_of(name, sizes)
@@ -118,4 +122,4 @@ def units_of(extension: Extension, binned: BinnedLog) -> Iterator[tuple[str, F64
     arm_per_m = base.alpha_yaw / (base.alpha * base.half_track_m)
     yield SCRUB, Term("yaw", ("sgn(yaw_rate)",)).evaluate(columns)
     yield "yaw_damping", base.half_track_m * columns["yaw_rate"]
-    yield "com_offset", arm_per_m * columns["v"] * columns["yaw_rate"]
+    yield COM, arm_per_m * columns["v"] * columns["yaw_rate"]
