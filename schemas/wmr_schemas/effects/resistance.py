@@ -2,7 +2,15 @@
 
 from dataclasses import replace
 
-from wmr_schemas.effects.declaration import INFINITE, EffectDeclaration, Exact, Parameter, Range, Separable
+from wmr_schemas.effects.declaration import (
+    INFINITE,
+    Domain,
+    EffectDeclaration,
+    Exact,
+    Parameter,
+    Range,
+    Separable,
+)
 from wmr_schemas.effects.manoeuvres import Manoeuvre
 
 
@@ -44,7 +52,10 @@ EFFECTS = (
         "aerodynamic_drag",
         "both",
         "−c2·v·|v| on dv_long/dt, −e2·w·V on dw/dt, w = l·yaw_rate, V² = v² + w²",
-        {"c2_per_m": _resisting("1/m"), "e2_per_m": replace(_resisting("1/m"), absent=0.0)},
+        {
+            "c2_per_m": _resisting("1/m"),
+            "e2_per_m": replace(_resisting("1/m"), absent=0.0, domain=Domain.NOT_NEGATIVE),
+        },
         acts_on="acceleration",
         number=5,
         ranges={"c2_per_m": Range(0.05, 0.3)},

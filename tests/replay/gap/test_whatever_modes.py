@@ -112,18 +112,18 @@ class Line:
         self.y = self.slopes * size + draws
 
     def __call__(self, extension: Extension) -> np.ndarray:
-        size = extension.effects["aerodynamic_drag"]["c2_per_m"]
+        size = extension.effects["viscous_drag"]["c1_per_s"]
         return np.square(self.y - self.slopes * size)
 
 
 @pytest.mark.parametrize("size", [0.02, 1.5])
 def test_a_climb_ends_at_the_least_squares(size):
-    line, candidate = Line(size, seed=1), BY_NAME["aerodynamic_drag"]
+    line, candidate = Line(size, seed=1), BY_NAME["viscous_drag"]
     robot = RobotParameters(alpha=0.3, alpha_yaw=0.3, half_track_m=0.25)
-    extension = Extension(base_of(robot)).with_effect("aerodynamic_drag", {"c2_per_m": 0.0})
+    extension = Extension(base_of(robot)).with_effect("viscous_drag", {"c1_per_s": 0.0})
     start = Point((candidate,), extension, line(extension), 0.0)
     own = replace(SETTINGS.unlabelled, enough=0.01)
-    best = climbed(start, line, own).extension.effects["aerodynamic_drag"]["c2_per_m"]
+    best = climbed(start, line, own).extension.effects["viscous_drag"]["c1_per_s"]
     assert best == pytest.approx(line.slopes @ line.y / (line.slopes @ line.slopes), abs=2e-3)
 
 
