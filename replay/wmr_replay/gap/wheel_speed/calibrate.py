@@ -26,7 +26,7 @@ from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log
 
-OF_TYRES = ("lateral_slip", WIDE_TURNS, "turning_slip")
+OF_TYRES = ("lateral_slip", WIDE_TURNS)
 """How tyres creep sideways while they grip, and how what they scrub goes by the turn: with the calibrated
 effects where a log proves it."""
 

@@ -12,6 +12,7 @@ from wmr_replay.gap.wheel_speed.noise import Noise, Whitening, deviance, fit_noi
 from wmr_replay.gap.wheel_speed.predict import Parameter, Problem, replaced
 from wmr_schemas.arrays import F64, I64, Bool
 
+LATE_POSE = "pose_delay"
 FORM_SD = {
     "lateral_slip": 0.06,
     "turning_slip": 0.03,
@@ -57,15 +58,18 @@ class Fit:
 
     @property
     def sd(self) -> F64:
-        """Standard deviations (p,), see :attr:`spread`."""
-        return np.asarray(np.sqrt(np.diag(self.spread)))
+        """Standard deviations (p,): those of :attr:`spread`, and of a late pose what stamps leave open."""
+        late = np.array([one.effect == LATE_POSE for one in self.parameters])
+        return np.asarray(np.sqrt(np.diag(self.spread) + late * self.stamps_s**2))
 
     @property
     def spread(self) -> F64:
         """The covariance (p, p) that tests and intervals use: robust, but never below the likelihood's, and
-        with what stamps and unknown forms leave open.
+        with what stamps and unknown forms leave open. A pose that is late by less than a step is late all the
+        same: without it, another effect would explain that.
         """
-        stamps = [self.stamps_s**2 if one.effect in STAMPED else 0.0 for one in self.parameters]
+        of_stamps = [one.effect in STAMPED and one.effect != LATE_POSE for one in self.parameters]
+        stamps = self.stamps_s**2 * np.array(of_stamps)
         forms = np.array([FORM_SD.get(one.effect, 0.0) for one in self.parameters])
         own = inverse(self.information)
         grown = np.maximum(np.diag(self.covariance), np.diag(own)) / np.maximum(
