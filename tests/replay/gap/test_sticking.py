@@ -4,14 +4,18 @@ The oracle has no creep: its yaw rate is 0 as long as the torques are below the 
 """
 
 from functools import lru_cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from wmr_replay.gap import GapOptions, calibrate
+from wmr_replay.gap.estimation import calibrate as calibrate_module
 from wmr_replay.gap.estimation.calibrate import calibrate_on_log, sticking
 from wmr_replay.gap.estimation.sticking import rough_sticking
+from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.search.rests import likelier
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.model_file import model_to_toml, read_model
@@ -112,3 +116,23 @@ def test_a_robot_that_drives_straight_on_has_no_windows_to_tell():
     assert (
         rough_sticking(binned, ROBOT.overridden_by(RobotParameters(alpha=ALPHA)), SETTINGS.sticking) is None
     )
+
+
+def test_a_stiffness_of_tyres_that_none_was_stated_of_is_none_of_the_robot(monkeypatch):
+    """It was a rest of the log, relative to a usual skid."""
+    robot = RobotParameters(alpha=0.3, alpha_yaw=0.2, half_track_m=0.25)
+    sizes = {
+        "payload": {"mass_ratio": 0.2},
+        "yaw_inertia": {"ratio": 0.0},
+        "cornering_stiffness": {"ratio": 2.0},
+    }
+    fit = SimpleNamespace(
+        extension=Extension(base_of(robot), sizes),
+        keys=[(name, key) for name, size in sizes.items() for key in size],
+    )
+    spread = np.diag(np.full(3, 1e-4)), 10
+    monkeypatch.setattr(calibrate_module, "robust_covariance", lambda *_: spread)
+    changed, sd = calibrate_module.calibrated(robot, None, fit)
+    assert changed.cornering_stiffness_over_epsilon is None
+    assert changed.alpha == pytest.approx(0.25)
+    assert set(sd) == {"alpha", "alpha_yaw"}

@@ -17,6 +17,7 @@ from wmr_replay.gap.wheel_speed.places import Rates
 from wmr_replay.gap.wheel_speed.seen_slipping import (
     Slip,
     apart_from,
+    as_effect,
     is_found,
     seen_slips,
     stays_behind,
@@ -186,3 +187,22 @@ def test_beside_a_slip_terms_are_looked_for_without_the_moments_of_slip(rolled, 
     assert begun.problem.whole is not None
     assert apart_from(begun, slips).problem.whole is None
     assert apart_from(begun, []) is begun
+
+
+@pytest.mark.parametrize(("rolls", "name"), [(3, "low_grip_patch"), (8, "slip_interval")])
+def test_a_place_through_which_the_robot_rolls_as_often_is_no_patch(monkeypatch, rolls, name):
+    """Two slips of three bins about the origin, and so many bins there in which it rolls."""
+    inside = np.arange(40) < 6
+    x_m = np.where(np.arange(40) < 6 + rolls, 0.0, 5.0)
+    bins = SimpleNamespace(mean=lambda path: path, t_s=0.2 * np.arange(40), step_s=0.2)
+    whole = SimpleNamespace(
+        bins=bins,
+        record=SimpleNamespace(pose=np.stack([x_m, 0 * x_m, 0 * x_m])),
+        predicted=lambda _: None,
+        chassis=SimpleNamespace(half_track_m=0.25),
+        settings=GapOptions().gates.wheel_speed,
+    )
+    whole.with_slip = whole
+    monkeypatch.setattr(seen_slipping, "slopes", lambda *_: np.ones((3, 40)))
+    slips = [Slip(inside & (np.arange(40) // 3 == k), 100.0, 0.5, 0.1) for k in (0, 1)]
+    assert as_effect(whole, slips)[0] == name

@@ -1,13 +1,17 @@
 """Tyres that scrub widen the track more in wide turns than on the spot: held by a base, not named."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from tests.replay.made_up_wheels import ROBOT, drive
 
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.result import Estimate
+from wmr_replay.gap.wheel_speed import calibrate
 from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds
-from wmr_replay.gap.wheel_speed.calibrate import calibrate_wheel_speeds
+from wmr_replay.gap.wheel_speed.calibrate import calibrate_wheel_speeds, form_left
+from wmr_replay.gap.wheel_speed.predict import Parameter
 from wmr_replay.gap.wheel_speed.remarks import of_one_wheel
 from wmr_replay.gap.wheel_speed.rolling import widened_by_turns
 
@@ -53,6 +57,14 @@ def test_the_track_is_that_of_the_model_half_way_between_the_tightest_turn_and_t
     ahead, around = np.array([0.0, 3.0, -3.0, 1.0, 0.0]), np.array([0.5, 1.0, 1.0, 0.0, 0.0])
     assert widened_by_turns(ahead, around, effects, 1) == pytest.approx([0.9, 1.0, 1.0, 1.1, 0.9])
     assert np.all(widened_by_turns(ahead, around, {}, 1) == 1.0)
+
+
+@pytest.mark.parametrize(("held", "left"), [(True, 0.0), (False, 0.05 / 2)])
+def test_a_track_is_open_by_what_the_log_leaves_of_how_it_goes_by_the_turn(monkeypatch, held, left):
+    values = {"wide_turn_scrub": {"ratio": 0.03}}
+    trial = SimpleNamespace(values=values, parameters=[Parameter("wide_turn_scrub", "ratio")], sd=[0.04])
+    monkeypatch.setattr(calibrate, "fitted_with", lambda *_: trial)
+    assert form_left(None, SimpleNamespace(values=values if held else {})) == pytest.approx(left)
 
 
 def size(value, half=0.001):
