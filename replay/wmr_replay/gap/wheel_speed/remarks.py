@@ -5,6 +5,8 @@ from collections.abc import Iterator, Sequence
 
 from wmr_replay.gap.result.result import Estimate, FoundEffect
 
+ONE_SIDED = 0.2
+"""A wheel that differs by less than this share of what the other one does is as stated. Presentation."""
 SIDES = (("left", -1.0), ("right", 1.0))
 
 
@@ -22,7 +24,7 @@ def of_one_wheel(both: Estimate, apart: Estimate) -> Iterator[str]:
     sd = math.hypot(*(one.ci95[1] - one.ci95[0] for one in (both, apart))) / 2
     change = {side: (1 + both.value) * (1 + sign * apart.value) - 1 for side, sign in SIDES}
     for side, other in (("left", "right"), ("right", "left")):
-        if abs(change[other]) <= sd < abs(change[side]):
+        if abs(change[other]) <= max(sd, ONE_SIDED * abs(change[side])) and sd < abs(change[side]):
             yield (
                 f"wheel_scale and wheel_scale_difference together are the {side} wheel alone: "
                 f"{change[side]:+.2%} of its radius, or of what its encoder counts"

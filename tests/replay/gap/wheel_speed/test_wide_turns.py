@@ -76,6 +76,7 @@ def size(value, half=0.001):
     [
         (-0.0095, 0.0096, "left wheel alone: -1.90%"),
         (0.02, 0.0198, "right wheel alone: +4.02%"),
+        (-0.007, 0.00544, "left wheel alone: -1.24%"),
         (0.02, 0.005, ""),
     ],
 )
