@@ -245,3 +245,11 @@ def test_the_list_of_effects_names_every_one(synth):
     code, out, _ = synth("--list-effects")
     assert code == 0
     assert all(name in out for name in EVERY)
+
+
+def test_a_parameter_of_wheel_speeds_alone_is_refused_where_torques_drive():
+    hide = "slip_interval:start_s=5,end_s=8,loss=.3,loss_apart=.2"
+    with pytest.raises(InvalidSetting, match="slip_interval has loss_apart only where wheel speeds"):
+        hidden_log("patrol", 3, hide=[hide], duration_s=20.0)
+    log, _ = hidden_log("skid-steer", 3, hide=[hide], duration_s=20.0)
+    assert log.wheels is not None

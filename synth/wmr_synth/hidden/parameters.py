@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
 from wmr_schemas.arrays import NS_PER_S
+from wmr_schemas.effects import catalogue, declared
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Effect
 from wmr_schemas.robot import RobotParameters
@@ -140,9 +141,20 @@ CHANGES: dict[str, Change] = {
 
 
 def hidden_of(effects: Iterable[Effect], robot: RobotParameters, *, plain: bool) -> Hidden:
-    """The plant's coefficients for effects that stand at most once each."""
+    """The plant's coefficients for effects that stand at most once each. Raises InvalidSetting for a
+    parameter that they have on wheel speeds alone.
+    """
     hidden = Hidden(plain=plain)
     for effect in effects:
         if effect.name in CHANGES:
+            check_on_torques(effect)
             hidden = CHANGES[effect.name](hidden, effect.parameters, robot)
     return hidden
+
+
+def check_on_torques(effect: Effect) -> None:
+    """Raises InvalidSetting for a parameter that no plant has which torques drive."""
+    known = declared(effect.name).parameters if effect.name in catalogue() else {}
+    for key in effect.parameters:
+        if key in known and "torque" not in known[key].models:
+            raise InvalidSetting(f"{effect.name} has {key} only where wheel speeds drive the robot")
