@@ -253,3 +253,5 @@ def test_a_parameter_of_wheel_speeds_alone_is_refused_where_torques_drive():
         hidden_log("patrol", 3, hide=[hide], duration_s=20.0)
     log, _ = hidden_log("skid-steer", 3, hide=[hide], duration_s=20.0)
     assert log.wheels is not None
+    with pytest.raises(InvalidSetting, match=r"loss_apart must lie in \(−1, 1\)"):
+        hidden_log("skid-steer", 3, hide=[hide.replace("apart=.2", "apart=2")], duration_s=20.0)

@@ -153,8 +153,10 @@ def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, carried:
     com = turning_arm(carried, theta)
     dv -= theta[Theta.VISCOUS] * v + theta[Theta.DRAG] * v * abs(v)
     dv += theta[Theta.COM_OFFSET] * yaw_rate**2
-    dw -= (theta[Theta.YAW_DAMPING] + theta[Theta.DRAG_YAW] * math.hypot(v, w)) * w
+    dw -= theta[Theta.YAW_DAMPING] * w
     dw -= com * v * yaw_rate
+    if theta[Theta.DRAG_YAW] != 0.0:
+        dw -= theta[Theta.DRAG_YAW] * math.hypot(v, w) * w
     if theta[Theta.ROLLING] != 0.0:
         dv -= theta[Theta.ROLLING] * sign(v, friction_speed(theta))
     if theta[Theta.SCRUB] != 0.0:

@@ -174,6 +174,9 @@ def mjcf_parameters(model: Model) -> MjcfParameters:
         if name in ON_WHEELS:
             note = f"{name} as friction of the wheels, which brakes turning, too"
             found = replace(found, notes=(*found.notes, note))
+        if parameters.get("e2_per_m", 0.0) > 0:
+            note = f"{name}: what of it brakes turns by e2_per_m is left to the wheels"
+            found = replace(found, notes=(*found.notes, note))
     return found
 
 
@@ -185,6 +188,6 @@ def missing_effects(model: Model) -> Iterator[tuple[str, Parameters]]:
         if base is None:
             yield effect.name, effect.parameters
             continue
-        more = {key: value - base[key] for key, value in effect.parameters.items()}
-        if any(abs(value) > 1e-9 * abs(base[key]) for key, value in more.items()):
+        more = {key: value - base.get(key, 0.0) for key, value in effect.parameters.items()}
+        if any(abs(value) > 1e-9 * abs(base.get(key, 0.0)) for key, value in more.items()):
             yield effect.name, more

@@ -43,6 +43,7 @@ class Domain(Enum):
     ABOVE_ZERO = (0.0, False, INFINITE, "be above 0")
     ABOVE_MINUS_ONE = (-1.0, False, INFINITE, "be above −1")
     SHARE = (0.0, True, 1.0, "lie in [0, 1)")
+    SIGNED_SHARE = (-1.0, False, 1.0, "lie in (−1, 1)")
 
     def holds(self, value: float) -> bool:
         """Whether ``value`` lies in the domain; NaN, a value still to be decided, does."""

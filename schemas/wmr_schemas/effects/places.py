@@ -23,6 +23,7 @@ LOSS_APART = Parameter(
     -0.999,
     0.999,
     "at 1 one wheel loses all, and the other none",
+    domain=Domain.SIGNED_SHARE,
     absent=0.0,
     models=("wheel_speed",),
 )

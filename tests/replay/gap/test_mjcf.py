@@ -131,6 +131,13 @@ def test_what_the_simulator_shows_by_itself_is_not_exported():
     assert 'frictionloss="0.1"' in text
 
 
+def test_a_side_that_the_simulator_s_own_model_left_out_is_a_difference():
+    own = '[{"name": "aerodynamic_drag", "c2_per_m": 0.1}]'
+    drag = "aerodynamic_drag", {"c2_per_m": 0.1, "e2_per_m": 0.2}
+    text = export(model_of(drag, base_effects=own), to="mjcf")
+    assert "brakes turns by e2_per_m is left to the wheels" in text
+
+
 def test_what_has_no_counterpart_is_listed():
     term = "unnamed:longitudinal:v*abs(yaw_rate)"
     effects = ("torque_deadzone", {"threshold_nm": 0.2}), (term, {"coefficient": 0.1})

@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
@@ -285,7 +283,7 @@ def is_slight(name: str, extension: Extension, own: SelectionSettings, misfit: M
     """Whether an effect of the library is small beside what matters in practice."""
     if name not in BY_NAME:
         return False
-    size = float(np.hypot.reduce(list(extension.effects[name].values())))
+    size = BY_NAME[name].size_of(extension.effects[name])
     relevant = BY_NAME[name].declaration.relevant
     return size < (own.slight * relevant if relevant else negligible(name, extension, misfit))
 

@@ -59,6 +59,7 @@ def assemble(selection: Selection, base: Base, options: GapOptions) -> GapResult
     standing = disagreement(problem, selection.fit)
     verdict, reasons = verdict_of(problem, selection, detectable, standing)
     left = () if standing is None or not selection.found else (said_of(standing),)
+    remarks = remarks_on(effects, measured=problem.record.driven_by != "command")
     held_out = held_out_bins(problem, 0)
     traces = traces_of(problem, windows, selection.base, selection.fit, pose_sd, held_out.astype(float))
     effects = with_curves(
@@ -81,7 +82,12 @@ def assemble(selection: Selection, base: Base, options: GapOptions) -> GapResult
         minimum_detectable=detectable,
         model=extended_model(problem, selection, base, effects),
         seed=options.seed,
-        notes=(*reasons, *remarks_on(effects), *left, *short_windows(windows.seconds, options)),
+        notes=(
+            *reasons,
+            *remarks,
+            *left,
+            *short_windows(windows.seconds, options),
+        ),
         traces=traces,
         candidates=tuple(
             CandidateScore(t.stage, t.name, t.gain, t.score, t.p_value, t.failed) for t in selection.tried

@@ -10,13 +10,14 @@ ONE_SIDED = 0.2
 SIDES = (("left", -1.0), ("right", 1.0))
 
 
-def remarks_on(effects: Sequence[FoundEffect]) -> Iterator[str]:
-    """Remarks on the effects found: one wheel of another size, and wheel speeds that are stamped late."""
+def remarks_on(effects: Sequence[FoundEffect], *, measured: bool) -> Iterator[str]:
+    """Remarks on the effects found: one wheel of another size, ``measured`` wheel speeds that are late."""
     found = {effect.name: effect.parameters for effect in effects}
     if {"wheel_scale", "wheel_scale_difference"} <= found.keys():
         yield from of_one_wheel(found["wheel_scale"]["ratio"], found["wheel_scale_difference"]["ratio"])
-    if "pose_delay" in found and (late_s := -found["pose_delay"]["delay_s"].value) > 0:
-        yield f"a pose_delay below 0: the wheel speeds are late, stamped {late_s:.3g} s after the poses"
+    late_s = -found["pose_delay"]["delay_s"].value if "pose_delay" in found else 0.0
+    if measured and late_s > 0:
+        yield f"a pose_delay below 0: wheel speeds are stamped {late_s:.3g} s later than the base model says"
 
 
 def of_one_wheel(both: Estimate, apart: Estimate) -> Iterator[str]:

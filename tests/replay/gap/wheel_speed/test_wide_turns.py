@@ -12,7 +12,7 @@ from wmr_replay.gap.wheel_speed import calibrate
 from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds
 from wmr_replay.gap.wheel_speed.calibrate import calibrate_wheel_speeds, form_left
 from wmr_replay.gap.wheel_speed.predict import Parameter
-from wmr_replay.gap.wheel_speed.remarks import of_one_wheel
+from wmr_replay.gap.wheel_speed.remarks import of_one_wheel, remarks_on
 from wmr_replay.gap.wheel_speed.rolling import widened_by_turns
 
 RTK = (0.01, 0.005)
@@ -84,3 +84,12 @@ def test_one_wheel_of_another_size_is_said_to_be_one(both, apart, said):
     notes = [*of_one_wheel(size(both), size(apart))]
     assert len(notes) == bool(said)
     assert all(said in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("delay_s", "measured", "said"), [(-0.108, True, True), (0.108, True, False), (-0.108, False, False)]
+)
+def test_measured_wheel_speeds_that_are_late_are_said_to_be(delay_s, measured, said):
+    late = SimpleNamespace(name="pose_delay", parameters={"delay_s": size(delay_s)})
+    notes = [*remarks_on([late], measured=measured)]
+    assert [("0.108 s later" in note) for note in notes] == [True] * said
