@@ -25,6 +25,8 @@ SWIVELLING = (
     "satchel",
     "caddy",
     "trike",
+    "lectern",
+    "pallet",
 )
 DRAGGING = ("mopper", "clerk", "scraper", "groomer")
 WIDE_TYRED = ("tutor", "tray", "vintner")
