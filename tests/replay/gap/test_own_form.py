@@ -12,17 +12,26 @@ from tests.replay.gap.plain_loop import BASE, KEPT, ROBOT, SETTINGS
 from wmr_replay.effects.motion import sign
 from wmr_replay.effects.theta import N_THETA, Theta
 from wmr_replay.gap.estimation.modes import lasting_effects
-from wmr_replay.gap.estimation.own_form import Forms, forms_at, has_own_form, spread_of_forms, with_own_form
+from wmr_replay.gap.estimation.own_form import (
+    SCRUB,
+    Forms,
+    forms_at,
+    has_own_form,
+    spread_of_forms,
+    with_own_form,
+)
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model, gauss_newton
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import N_ROW, N_STATE, Row, V, step
 from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.search.fit_candidates import fit_candidates
+from wmr_replay.gap.search.select import base_fit
 from wmr_schemas.model_file import Effect
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
 
-C0_MPS2, CREEP_MPS, STEP_S, DISTURBANCE_MPS2 = 0.2, 0.008, 0.002, 0.003
+C0_MPS2, D0_MPS2, CREEP_MPS, STEP_S, DISTURBANCE_MPS2 = 0.2, 0.06, 0.008, 0.002, 0.003
 NAME = "rolling_resistance"
 
 
@@ -57,6 +66,44 @@ def test_the_size_of_a_friction_comes_with_its_speed(over_mps, own):
     assert fit.values[0] == pytest.approx(C0_MPS2, rel=0.05)
     if own:
         assert abs(usual.values[0] - C0_MPS2) > 2 * abs(fit.values[0] - C0_MPS2)
+
+
+def turning_log(over_mps: float, seconds: float = 60.0) -> Log:
+    """Turns on the spot at .1, .5 and 1.5 rad/s, either way about, under the scrub d₀ tanh(l·w/over)."""
+    rng, n, length = np.random.default_rng(5), round(seconds / STEP_S), BASE.half_track_m
+    wanted = np.array([0.1, 1.5, -0.5, -0.1, 0.5, -1.5])[(np.arange(n) * STEP_S // 3).astype(int) % 6]
+    state, d, rows = np.zeros(2), 0.0, []
+    for k in range(n):
+        if k % 5 == 0:
+            moment = 4.0 * (wanted[k] - state[1]) * length / (2 * BASE.alpha_yaw)
+            d = KEPT * d + DISTURBANCE_MPS2 * np.sqrt(1 - KEPT**2) * rng.normal()
+            rows.append((*state, moment))
+        braked = D0_MPS2 * np.tanh(length * state[1] / over_mps)
+        turned = (2 * BASE.alpha_yaw * moment - braked + d) / length
+        state += STEP_S * np.array([state[1] + turned * STEP_S / 2, turned])
+    yaw, _, sent = np.array(rows).T
+    t_ns = np.arange(len(yaw), dtype=np.int64) * 10_000_000
+    pose = np.stack([0 * yaw, 0 * yaw, yaw]) + rng.normal(size=(3, len(yaw))) * 0.001
+    torques = TorqueTrack(t_ns, -sent, sent, *np.full((2, len(yaw)), np.nan))
+    return Log(PoseTrack(t_ns, *pose), torques, None, ROBOT)
+
+
+@pytest.mark.parametrize("over_mps", [0.02, 0.08])
+def test_a_scrub_that_winds_up_before_it_slides_is_no_yaw_damping(over_mps):
+    problem = Problem.of(bin_log(turning_log(over_mps), SETTINGS)).all_fitted()
+    fitted = fit_candidates(problem, base_fit(problem, Extension(BASE)), terms=False)
+    scrub, damping = (next(one for one in fitted if one.name == name) for name in (SCRUB, "yaw_damping"))
+    assert scrub.score - damping.score > 30
+    over = scrub.fit.extension.friction_speed_mps or 0.02
+    assert over == pytest.approx(over_mps, rel=0.2)
+    assert scrub.fit.values[0] == pytest.approx(D0_MPS2, rel=0.05)
+
+
+def test_other_frictions_take_no_such_speed():
+    """Over 8 cm/s a rolling resistance is nearly a drag."""
+    problem = Problem.of(bin_log(creeping_log(0.08), SETTINGS)).all_fitted()
+    fit = with_own_form(fit_model(problem, Extension(BASE, {NAME: {"c0_mps2": 0.1}})), NAME)
+    assert fit.extension.friction_speed_mps == 0.04
 
 
 def test_the_speed_goes_into_the_model_and_comes_back_with_it():

@@ -3,6 +3,7 @@
 - Friction is c₀ tanh(v/v₀). A robot that creeps, waits or turns on the spot balances its torques against a
   part of c₀ that v₀ decides: with another v₀ the estimate of c₀ is off, and a bias or a lever arm seems to be
   missing beside it.
+- A scrub changes its sign so, too, as a tyre winds up on its patch before it slides; that takes more.
 - A dead zone and a limit of the torques set in at once, or over a share of their threshold. What a sharp
   corner leaves of a round one looks like a gain beside it.
 
@@ -19,6 +20,7 @@ from wmr_replay.gap.estimation.refit import Fit, Keys, fit_model, gauss_newton, 
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import FRICTIONS, WITHHOLDING
 
+SCRUB = "scrub_torque"
 FREEDOMS = {"friction_speed_mps": frozenset(FRICTIONS), "corner_share": frozenset(WITHHOLDING)}
 """Fields of an extension, and the effects whose form they are."""
 
@@ -71,7 +73,7 @@ def with_own_form(fit: Fit, name: str) -> Fit:
     if not field:
         return fit
     problem, budget, values = fit.problem, fit.problem.settings.budget, fit.problem.settings.forms
-    tried = forms_at(fit, field, values.tried[field], 1, keys_of(fit.extension))
+    tried = forms_at(fit, field, values.tried(field, name == SCRUB), 1, keys_of(fit.extension))
     if tried.best is fit:
         return fit
     for _ in range(values.looks):
@@ -112,7 +114,8 @@ def spread_of_forms(fit: Fit) -> F64:
     for field, names in FREEDOMS.items():
         if not names & fit.extension.effects.keys():
             continue
-        _, deviances, found = forms_at(fit, field, values.reported[field], steps, sizes).between()
+        covered = values.reported(field, SCRUB in names & fit.extension.effects.keys())
+        _, deviances, found = forms_at(fit, field, covered, steps, sizes).between()
         weights, off = np.exp((deviances.min() - deviances) / 2), found - fit.values
         spread += off.T @ (off * weights[:, None]) / weights.sum()
     return spread

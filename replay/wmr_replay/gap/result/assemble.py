@@ -1,6 +1,8 @@
 """From a selection to everything that a result holds."""
 
+from collections.abc import Iterator
 from functools import reduce
+from itertools import chain
 
 from wmr_replay.gap.estimation.path_error import window_errors
 from wmr_replay.gap.estimation.problem import Problem
@@ -14,6 +16,7 @@ from wmr_replay.gap.result.against import with_curves, with_formula_curves
 from wmr_replay.gap.result.detectable import minimum_detectable, unseen
 from wmr_replay.gap.result.effects import extended_model, found_effects
 from wmr_replay.gap.result.formulas import formulas_of, unseen_parity
+from wmr_replay.gap.result.in_doubt import in_doubt
 from wmr_replay.gap.result.locate import locate, marked, placed
 from wmr_replay.gap.result.metrics import gap_metric, with_slip_gaps
 from wmr_replay.gap.result.place_reach import crossed_once
@@ -30,6 +33,8 @@ from wmr_replay.gap.result.verdict import (
 )
 from wmr_replay.gap.scan.scan import scan
 from wmr_replay.gap.scan.turning_in_doubt import doubts
+from wmr_replay.gap.search.eliminate import Stages
+from wmr_replay.gap.search.fit_candidates import FittedCandidate
 from wmr_replay.gap.search.select import Selection
 
 
@@ -49,6 +54,8 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
             verdict, where, notes = "unnamed", marked(where, left), (placed(left),)
         elif undecided := slip_or_loss(problem, base):
             verdict, notes = "not_enough_excitation", undecided
+        elif doubt := in_doubt(problem, selection, model, options):
+            verdict, notes = "not_enough_excitation", (doubt,)
     sentence = sentence_of(verdict, effects, notes, options.gates.report)
     in_modes: tuple[str, ...] = ()
     if verdict in ("named", "ambiguous"):
@@ -102,9 +109,15 @@ def located(problem: Problem, base: Fit, fit: Fit) -> Where:
 
 
 def scores_of(selection: Selection) -> tuple[CandidateScore, ...]:
-    """The candidates of every stage, the best first."""
+    """The candidates of every stage, the best first; where nothing was found, the rests in front of all."""
+    rests = () if selection.found else selection.rests
+    by_stage = chain(((0, one) for one in rests), staged(selection.stages))
     return tuple(
         CandidateScore(stage, one.name, float(one.gain), float(one.score), float(one.p_value), one.failed)
-        for stage, candidates in enumerate(selection.stages)
-        for one in candidates
+        for stage, one in by_stage
     )
+
+
+def staged(stages: Stages) -> Iterator[tuple[int, FittedCandidate]]:
+    """Each candidate with its stage."""
+    return ((stage, one) for stage, candidates in enumerate(stages) for one in candidates)

@@ -45,6 +45,7 @@ from wmr_replay.gap.settings.search import SelectionSettings
 from wmr_schemas.effects import UNNAMED_PREFIX
 
 REST = "no more than the base model leaves"
+UNPROVEN = "not proven on held-out windows"
 Stages = tuple[tuple[FittedCandidate, ...], ...]
 
 
@@ -145,7 +146,7 @@ def through_gates(
         return replace(effect, failed=other)
     proof = prove(problem, rest, current)
     if not proof.holds:
-        return replace(effect, proof=proof, failed="not proven on held-out windows")
+        return replace(effect, proof=proof, failed=UNPROVEN)
     level = problem.settings.significance.level
     if placebo_p(problem, rest, current, effect.name, options.seed) > level:
         return replace(effect, proof=proof, failed="no more than what logs with nothing missing would show")

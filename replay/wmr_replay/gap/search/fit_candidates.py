@@ -31,8 +31,8 @@ ONE_CHANNEL = "seen in one of the channels alone"
 """A gate that lags fail: torques that act late do so ahead and in turning."""
 HIDING = (ANSWERED, ONE_CHANNEL)
 """What explains a lag or a gain in its place: another effect may be behind it."""
-BIAS, FRICTION = "torque_bias_common", "wheel_coulomb"
-"""On a drive that never reverses they are the same."""
+SAME_IN_PART = {"torque_bias_common": "wheel_coulomb", "yaw_damping": "scrub_torque"}
+"""The friction that is the same as an effect on some drives: one that never reverses, or turns slowly."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,9 +151,10 @@ def with_own_forms(
     """Where the best candidate has a form of its own, as a friction with another speed of sign change, it and
     all that share that freedom in their likeliest forms, the best first. Other effects have no such freedom:
     against them, the candidate has the usual form. But a bias is the same as a friction on a drive that never
-    reverses, where a wheel inside a bend turns slowly and the usual form alone tells them apart.
+    reverses, where a wheel inside a bend turns slowly and the usual form alone tells them apart. And a scrub
+    that winds up before it slides is a yaw damping in slow turns.
     """
-    free = freedom_of(FRICTION if ranked[0].name == BIAS else ranked[0].name) if ranked else ""
+    free = freedom_of(SAME_IN_PART.get(ranked[0].name, ranked[0].name)) if ranked else ""
     if not free or ranked[0].fit.deviance >= current.deviance:
         return ranked
     again = (

@@ -18,6 +18,7 @@ from wmr_replay.gap.scan.misfit import gain_as_inertia, gain_is_rest, is_rest, n
 from wmr_replay.gap.search.begun import Begun, fitted_on_the_whole
 from wmr_replay.gap.search.between_forms import with_forms_between
 from wmr_replay.gap.search.eliminate import (
+    REST,
     Stages,
     eliminate,
     exchange_rivals,
@@ -39,8 +40,9 @@ class Selection:
     """The effects found, in order, and the fitted candidates of every stage.
 
     ``base`` is the base model's fit, ``fit`` that of the extended model; ``refused`` says why the log cannot
-    carry the verdict, ``dropped`` are effects that failed a gate beside the others. ``not_named`` are the
-    effects that a formula means, each with why it is not named.
+    carry the verdict, ``dropped`` are effects that failed a gate beside the others, ``rests`` those that the
+    base model holds here because it may leave as much. ``not_named`` are the effects that a formula means,
+    each with why it is not named.
     """
 
     base: Fit
@@ -49,6 +51,7 @@ class Selection:
     stages: tuple[tuple[FittedCandidate, ...], ...]
     refused: str = ""
     dropped: tuple[FittedCandidate, ...] = ()
+    rests: tuple[FittedCandidate, ...] = ()
     not_named: tuple[tuple[str, str], ...] = ()
 
 
@@ -73,7 +76,7 @@ def forward_selection(
     are effects at which a fit may start; what is ``begun`` stands in front; those ``without`` are left out.
     """
     base = current = base_fit(problem, extension)
-    stages = [] if begun is None else fitted_on_the_whole(problem, base, begun)
+    stages, rests = [] if begun is None else fitted_on_the_whole(problem, base, begun), []
     found = [stage[0] for stage in stages]
     current = found[-1].fit if found else base
     while len(stages) < options.max_effects:
@@ -82,6 +85,7 @@ def forward_selection(
         fitted = fit_candidates(problem, current, terms=False, hints=hints, without=without)
         fitted = tuple(with_gain_as_inertia(one, problem.settings.misfit) for one in fitted)
         if shows_rest(problem, extension, current, fitted):
+            rests.append(replace(fitted[0], failed=REST))
             current = holding(problem, fitted[0])
             base = holding_too(problem, base, current) if found else current
             continue
@@ -93,7 +97,7 @@ def forward_selection(
         others = tuple((a.name, best.score - a.score) for a in stage[1:] if 0 < a.score <= best.score)
         found.append(replace(best, alternatives=others))
         current = best.fit
-    return Selection(base, current, tuple(found), tuple(stages))
+    return Selection(base, current, tuple(found), tuple(stages), rests=tuple(rests))
 
 
 def base_fit(problem: Problem, extension: Extension) -> Fit:
@@ -153,12 +157,12 @@ def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Sele
             fit, both = with_both_forms(problem, fit, tuple(kept))
             both = tuple(beyond_answers(problem, fit, effect) for effect in both)
             both = tuple(with_forms_between(problem, fit, effect) for effect in both)
-            return Selection(base, fit, both, stages, dropped=tuple(dropped))
+            return replace(selection, fit=fit, found=both, dropped=tuple(dropped))
         refused = refused or next(iter(open_ones.values()), "")
         found = [f for f in found if f.name not in open_ones] if open_ones else []
         for name in open_ones:
             current = fit_without(problem, base, current, name)
-    return Selection(base, base, (), stages, refused, tuple(dropped))
+    return replace(selection, fit=base, found=(), refused=refused, dropped=tuple(dropped))
 
 
 def left_open(name: str, problem: Problem, fit: Fit) -> str:

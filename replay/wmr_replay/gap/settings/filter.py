@@ -205,6 +205,13 @@ class FormSettings:
     """The same for the interval of its size. Numerics: between those that are tried one more, so that the
     likeliest lies within a fifth of one."""
 
+    scrub_speeds_mps: tuple[float, ...] = (0.08, 0.16)
+    """Those of a wheel's rim at which the scrub of a turn may change its sign, too, m/s. Physics: a tyre that
+    turns on its patch winds up before it slides, over .1 to 1 rad/s of the engine's soft contacts."""
+
+    reported_scrub_mps: tuple[float, ...] = (0.056, 0.08, 0.11, 0.16)
+    """The same for the interval of its size. Numerics: between those that are tried one more."""
+
     corner_shares: tuple[float, ...] = (0.1, 0.25, 0.5)
     """Shares of its threshold over which a dead zone or a limit of the torques may set in. Physics: from a
     drive's clean limit to a gear whose stiction vibration smears over the whole zone."""
@@ -227,15 +234,15 @@ class FormSettings:
         """The values where an extended model says nothing."""
         return {"friction_speed_mps": SOFT_SIGN, "corner_share": 0.0}
 
-    @property
-    def tried(self) -> dict[str, tuple[float, ...]]:
-        """The values that a fit tries."""
-        return {"friction_speed_mps": self.friction_speeds_mps, "corner_share": self.corner_shares}
+    def tried(self, field: str, scrubs: bool) -> tuple[float, ...]:
+        """The values of a field that a fit tries; of a friction that ``scrubs``, larger speeds, too."""
+        usual = {"friction_speed_mps": self.friction_speeds_mps, "corner_share": self.corner_shares}
+        return (*usual[field], *self.scrub_speeds_mps) if scrubs else usual[field]
 
-    @property
-    def reported(self) -> dict[str, tuple[float, ...]]:
+    def reported(self, field: str, scrubs: bool) -> tuple[float, ...]:
         """The values that an interval covers."""
-        return {"friction_speed_mps": self.reported_speeds_mps, "corner_share": self.reported_shares}
+        usual = {"friction_speed_mps": self.reported_speeds_mps, "corner_share": self.reported_shares}
+        return (*usual[field], *self.reported_scrub_mps) if scrubs else usual[field]
 
 
 @dataclass(frozen=True)

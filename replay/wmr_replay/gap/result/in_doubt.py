@@ -1,0 +1,79 @@
+"""Why nothing found does not mean nothing missing: what a log shows clearly, and is no finding."""
+
+from dataclasses import replace
+
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.evidence.holdout import path_change
+from wmr_replay.gap.model.base import BaseModel
+from wmr_replay.gap.model.candidates import declaration_of
+from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.scan.misfit import LOADED, negligible, size_of
+from wmr_replay.gap.search.eliminate import REST, UNPROVEN
+from wmr_replay.gap.search.fit_candidates import FittedCandidate
+from wmr_replay.gap.search.select import Selection
+from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.effects import UNNAMED_PREFIX
+
+WITHIN_THE_BASE = (
+    "{effect} would explain part of it, but on a drive such as this one the base model may leave as much: "
+    "calibrate it on one"
+)
+NO_NEARER = (
+    "{effect} predicts better what was held out, but the simulated path comes no nearer for it: something "
+    "larger is missing beside it, or in its place"
+)
+
+
+def in_doubt(problem: Problem, selection: Selection, model: BaseModel, options: GapOptions) -> str:
+    """What the log shows clearly, and why it is no finding; empty where it shows nothing of the kind.
+
+    An effect that is larger than the calibration log left it, and no larger than the base model's doubts on
+    another drive: the one that moves the path most. Else one that predicts held-out blocks far better while
+    the gap of held-out windows does not shrink.
+    """
+    if within := moving_most(problem, selection, model, options):
+        return WITHIN_THE_BASE.format(effect=in_words(within))
+    clear = (one for one in selection.dropped if predicts_clearly(one, problem.settings))
+    unproven = max(clear, key=lambda one: one.gain, default=None)
+    return NO_NEARER.format(effect=in_words(unproven)) if unproven else ""
+
+
+def moving_most(
+    problem: Problem, selection: Selection, model: BaseModel, options: GapOptions
+) -> FittedCandidate | None:
+    """Of the rests that are new, the one that moves the path most, and by the tolerance; None without one."""
+    tried = (*selection.rests, *(one for one in selection.dropped if one.failed == REST))
+    moved = {one: moved_m(problem, one, options) for one in tried if is_new(one, model, problem.settings)}
+    most = max(moved, key=moved.__getitem__, default=None)
+    return most if most is not None and moved[most] >= options.tolerance_m else None
+
+
+def is_new(one: FittedCandidate, model: BaseModel, settings: GateSettings) -> bool:
+    """Whether an effect of the library is more than its calibration log left, and more than negligible."""
+    if one.name.startswith(UNNAMED_PREFIX):
+        return False
+    size, extension = size_of(one.name, one.fit.extension.effects[one.name]), one.fit.extension
+    left = model.misfit.get("payload" if one.name == LOADED else one.name, 0.0)
+    return size > max(left, negligible(one.name, extension, settings.misfit))
+
+
+def predicts_clearly(one: FittedCandidate, settings: GateSettings) -> bool:
+    """Whether an effect of the library that is not proven predicts better beyond doubt."""
+    own = settings.hold_out
+    if one.failed != UNPROVEN or one.proof is None or one.name.startswith(UNNAMED_PREFIX):
+        return False
+    return one.proof.p_value < own.clear and one.gain > own.clear_gain
+
+
+def moved_m(problem: Problem, one: FittedCandidate, options: GapOptions) -> float:
+    """How far the effect moves the path, m."""
+    without = replace(one.fit, extension=one.fit.extension.without(one.name))
+    return path_change(problem, without, one.fit, options.tolerance_s)
+
+
+def in_words(one: FittedCandidate) -> str:
+    """The effect with its sizes."""
+    units = declaration_of(one.name).units
+    sizes = one.fit.extension.effects[one.name].items()
+    said = (f"{key} {size:.2g} {units[key]}".removesuffix(" 1") for key, size in sizes)
+    return f"{one.name} ({', '.join(said)})"
