@@ -65,7 +65,8 @@ class Parameter:
     a place at which the effect acts. A ``start`` is a value that the scan of a user's effect holds while it
     solves for the parameters without one, in which the effect is linear; a fit then frees it. A value for
     ``absent`` says that the parameter need not be: a file may leave it out, and it makes no effect alone.
-    ``models`` are the base models that have it.
+    ``most_times`` (other, k) keeps a fit to k times another parameter. ``models`` are the base models that
+    have it.
     """
 
     unit: str
@@ -77,6 +78,7 @@ class Parameter:
     domain: Domain = Domain.ANY
     start: float | None = None
     absent: float | None = None
+    most_times: tuple[str, float] | None = None
     models: tuple[BaseModel, ...] = BOTH
 
     def __post_init__(self) -> None:
@@ -212,6 +214,11 @@ class EffectDeclaration:
     def bounds(self) -> dict[str, tuple[float, float]]:
         """Bounds of each parameter in a fit."""
         return {key: (p.least, p.most) for key, p in self.parameters.items()}
+
+    @property
+    def most_times(self) -> dict[str, tuple[str, float]]:
+        """The parameters that a fit keeps to so many times another one."""
+        return {key: p.most_times for key, p in self.parameters.items() if p.most_times is not None}
 
     @property
     def steps(self) -> dict[str, float]:

@@ -54,7 +54,14 @@ EFFECTS = (
         "−c2·v·|v| on dv_long/dt, −e2·w·V on dw/dt, w = l·yaw_rate, V² = v² + w²",
         {
             "c2_per_m": _resisting("1/m"),
-            "e2_per_m": replace(_resisting("1/m"), absent=0.0, domain=Domain.NOT_NEGATIVE),
+            "e2_per_m": replace(
+                _resisting("1/m"),
+                absent=0.0,
+                domain=Domain.NOT_NEGATIVE,
+                most_times=("c2_per_m", 8.0),
+                why="a medium that brakes turns brakes the way ahead: wheels at the track by 2·α_yaw/α, "
+                "which is 1 to 6, a long hull by a little more",
+            ),
         },
         acts_on="acceleration",
         number=5,

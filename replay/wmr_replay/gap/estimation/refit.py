@@ -67,7 +67,7 @@ def with_values(extension: Extension, keys: Keys, values: F64) -> Extension:
     """The extension with the parameters ``keys`` set to ``values`` (q,), clipped to their bounds."""
     effects = {name: dict(parameters) for name, parameters in extension.effects.items()}
     for (name, key), value in zip(keys, values, strict=True):
-        effects[name][key] = float(np.clip(value, *candidate_of(name).bounds[key]))
+        effects[name][key] = float(np.clip(value, *candidate_of(name).bounds_at(key, effects[name])))
     return replace(extension, effects=effects)
 
 

@@ -42,6 +42,19 @@ class Candidate:
         return self.declaration.bounds
 
     @cached_property
+    def most_times(self) -> dict[str, tuple[str, float]]:
+        """The parameters that a fit keeps to so many times another one."""
+        return self.declaration.most_times
+
+    def bounds_at(self, key: str, parameters: Mapping[str, float]) -> tuple[float, float]:
+        """Bounds of a parameter beside the others' values."""
+        low, high = self.bounds[key]
+        if key not in self.most_times:
+            return low, high
+        other, times = self.most_times[key]
+        return low, min(high, max(low, times * parameters[other]))
+
+    @cached_property
     def steps(self) -> dict[str, float]:
         """Step of each parameter in a difference quotient."""
         return self.declaration.steps

@@ -130,7 +130,7 @@ def linear_score(
     """
     by_key = dict(zip(candidate.free, columns, strict=True))
     gain, parameters = linear_best(normal, candidate, by_key, wheel_radius_m)
-    outside = {key for key, (low, high) in candidate.bounds.items() if not low <= parameters[key] <= high}
+    outside = {key for key in parameters if not is_within(candidate, key, parameters)}
     if outside and outside <= candidate.absent.keys():
         kept = {key: column for key, column in by_key.items() if key not in outside}
         gain, parameters = linear_best(normal, candidate, kept, wheel_radius_m)
@@ -139,6 +139,12 @@ def linear_score(
         parameters = {k: float(np.clip(v, *candidate.bounds[k])) for k, v in parameters.items()}
         outside = set()
     return ScoredCandidate(candidate.name, parameters, 0.0 if outside else gain, 1)
+
+
+def is_within(candidate: Candidate, key: str, parameters: Mapping[str, float]) -> bool:
+    """Whether a parameter is a physical one beside the others."""
+    low, high = candidate.bounds_at(key, parameters)
+    return low <= parameters[key] <= high
 
 
 def linear_best(
