@@ -14,6 +14,7 @@ from wmr_replay.gap.scan.misfit import (
     is_rest,
     misfit_beside,
     negligible,
+    on_loaded_casters,
     turning_is_unknown,
     with_parameters,
     withholds_a_rest,
@@ -26,7 +27,7 @@ from wmr_replay.gap.search.rests import describes_rests, leaving_more, without_f
 from wmr_replay.gap.search.select import Selection, with_gain_as_inertia
 from wmr_replay.gap.settings import GateSettings
 from wmr_replay.gap.settings.scan import MisfitSettings
-from wmr_schemas.model_file import Model, NoiseModel
+from wmr_schemas.model_file import Effect, Model, NoiseModel
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import PoseTrack
 
@@ -120,6 +121,38 @@ def test_a_held_yaw_damping_may_be_a_moved_centre_of_mass_and_the_other_way_roun
     )
 
 
+@pytest.mark.parametrize(
+    ("offset_m", "v", "there_and_back", "damps"),
+    [
+        (0.05, 0.5, False, True),
+        (-0.05, 0.5, False, False),
+        (-0.05, -0.5, False, True),
+        (0.05, 0.5, True, False),
+    ],
+)
+def test_a_centre_of_mass_that_helps_turns_is_like_no_damping(offset_m, v, there_and_back, damps):
+    """Behind the axle it does so ahead; there and back it helps as much as it brakes."""
+    moved = replace(PLATES, known=(("com_offset", {"offset_m": offset_m}),), misfit=NONE)
+    wider = with_other_forms(moved, circle(v, 0.3, there_and_back), OWN).misfit["yaw_damping"]
+    assert (wider > 0.5) is damps
+    assert damps or wider < 0.05
+
+
+@pytest.mark.parametrize(
+    ("swing", "disturbance", "held_mps2", "loaded"),
+    [
+        (None, 0.016, 0.0, True),
+        (0.012, 0.012, 0.0, True),
+        (0.012, 0.005, 0.0, False),
+        (None, None, 0.01, True),
+    ],
+)
+def test_what_pushes_a_robot_about_leaves_alpha_yaw_open(swing, disturbance, held_mps2, loaded):
+    noise = NoiseModel(swing_yaw_mps2_rthz=swing, disturbance_yaw_mps2_rthz=disturbance)
+    model = Model(robot=ROBOT, noise=noise, effects=(Effect("swivel_friction", {"s0_mps2": held_mps2}),))
+    assert on_loaded_casters(model, OWN) is loaded
+
+
 @pytest.mark.parametrize(("ratio", "same"), [(0.1, True), (0.4, False), (-0.4, False), (4.3, True)])
 def test_tyres_that_are_several_times_as_stiff_are_none(ratio, same):
     stiffer = PLATES.with_effect("cornering_stiffness", {"ratio": ratio})
@@ -132,14 +165,14 @@ def test_tyres_that_are_several_times_as_stiff_are_none(ratio, same):
 def test_a_gain_is_open_by_what_a_controller_hides():
     model = Model(robot=ROBOT, robot_sd={"alpha": 0.00266, "alpha_yaw": 0.00475})
     found = with_parameters({}, model, (10.0, 2.0), OWN)
-    assert found["payload"] == found["drive_gain"] == pytest.approx(OWN.in_sd * 0.01 + 0.01)
+    assert found["payload"] == found["drive_gain"] == pytest.approx(OWN.in_sd * 0.01 + 2 * 0.01)
     assert found["yaw_inertia"] == pytest.approx(OWN.in_sd * 0.01 + 0.25)
 
 
 def test_torques_that_never_turn_the_robot_leave_the_yaw_inertia_open():
     model = Model(robot=ROBOT, robot_sd={"alpha": 0.00266})
     found = with_parameters({}, model, (10.0, 0.0), OWN)
-    assert found["payload"] == pytest.approx(OWN.in_sd * 0.01 + 0.01)
+    assert found["payload"] == pytest.approx(OWN.in_sd * 0.01 + 2 * 0.01)
     assert found["yaw_inertia"] == with_parameters({}, model, (10.0, 1e-9), OWN)["yaw_inertia"]
     assert found["yaw_inertia"] == OWN.most_open
 

@@ -4,16 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.replay.gap.plain_loop import BASE
 
 from wmr_replay.effects.theta import PLACES
 from wmr_replay.gap import GapOptions
 from wmr_replay.gap.analyse import base_model
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import fit_model, gauss_newton
+from wmr_replay.gap.estimation.refit import fit_model, gauss_newton, keys_of, with_values
 from wmr_replay.gap.evidence.placebo import placebo_p
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import candidate_of
-from wmr_replay.gap.model.extension import WEIGHTS
+from wmr_replay.gap.model.extension import WEIGHTS, Extension
 from wmr_replay.gap.result.detectable import minimum_detectable, unseen
 from wmr_replay.gap.result.effects import merged_effects
 from wmr_replay.gap.scan.library import linear_score
@@ -64,6 +65,19 @@ def test_a_medium_is_promised_with_what_it_brakes_of_turns_or_without(e2_per_m):
     assert medium.parameters["c2_per_m"] == pytest.approx(0.2, rel=0.35)
     assert medium.parameters["e2_per_m"] == pytest.approx(e2_per_m, abs=0.25)
     assert medium.parameters["e2_per_m"] >= 0
+
+
+def test_a_medium_brakes_turns_by_no_more_than_wheels_at_the_track_or_a_hull_do():
+    """Eight times what it brakes ahead: as a scan finds it, and as a fit keeps it."""
+    columns = {"c2_per_m": 0.5, "e2_per_m": 4.5}
+    normal = NormalEquations(np.array(list(columns.values())), np.eye(2))
+    scored = linear_score(normal, candidate_of("aerodynamic_drag"), [0, 1], 1.0)
+    assert scored.parameters == pytest.approx({"c2_per_m": 0.5, "e2_per_m": 0.0})
+    drag = Extension(BASE, {"aerodynamic_drag": {"c2_per_m": 0.1, "e2_per_m": 0.2}})
+    keys = keys_of(drag)
+    for values, kept in (((0.1, 0.7), 0.7), ((0.1, 3.0), 0.8), ((0.0, 3.0), 0.0), ((-1.0, 3.0), 0.0)):
+        fitted = with_values(drag, keys, np.array(values)).effects["aerodynamic_drag"]
+        assert fitted == pytest.approx({"c2_per_m": max(values[0], 0.0), "e2_per_m": kept})
 
 
 def test_a_parameter_that_may_be_absent_is_left_out_where_its_sign_is_none():

@@ -187,3 +187,27 @@ def test_where_alpha_yaw_is_not_known_all_that_supports_take_may_be_a_moved_cent
     like_m = 0.2 * w / np.hypot(V, w) / (ALPHA_YAW / (ALPHA * L) * V * YAW_RATE)
     found = held_in_doubt(replace(base(share), known=supports), bin_log(circle(), SETTINGS))["com_offset"]
     assert found == pytest.approx(like_m if whole else 2 * share * like_m, rel=0.05)
+
+
+@pytest.mark.parametrize(("share", "known"), [(0.06, True), (0.2, False)])
+@pytest.mark.parametrize("both_ways", [False, True])
+def test_on_a_drive_that_turns_one_way_what_supports_take_may_be_an_imbalance(share, known, both_ways):
+    """By hand: on the circle, d₀ l·w/V at torques of 1 N·m is an imbalance of that over α_yaw·2 N·m, and a
+    bias of it over 2 α_yaw; both ways about it is neither.
+    """
+    log = circle()
+    if both_ways:
+        turned = np.where(np.arange(len(log.pose.t_ns)) < len(log.pose.t_ns) // 2, 1, -1)
+        yaw = np.cumsum(YAW_RATE * turned) * 0.01
+        x, y = (np.cumsum(V * part) * 0.01 for part in (np.cos(yaw), np.sin(yaw)))
+        torque = replace(log.torque, left_nm=1 - APART_NM / 2 * turned, right_nm=1 + APART_NM / 2 * turned)
+        log = replace(log, pose=PoseTrack(log.pose.t_ns, x, y, yaw), torque=torque)
+    d0_mps2, misfit = 0.14, {"yaw_inertia": share, "torque_imbalance": 0.01, "torque_bias_differential": 0.01}
+    held = (("support_friction", {"p0_mps2": 0.1, "d0_mps2": d0_mps2}),)
+    wider = with_turning_in_doubt(
+        Extension(base_of(ROBOT), {}, 0.11, known=held, misfit=misfit), bin_log(log, SETTINGS)
+    ).misfit
+    taken_mps2 = d0_mps2 * L * YAW_RATE / np.hypot(V, L * YAW_RATE)
+    open_to = 0.0 if known or both_ways else taken_mps2 / (2 * ALPHA_YAW)
+    assert wider["torque_imbalance"] == pytest.approx(0.01 + open_to, rel=0.02, abs=0.002)
+    assert wider["torque_bias_differential"] == pytest.approx(0.01 + open_to, rel=0.02, abs=0.002)

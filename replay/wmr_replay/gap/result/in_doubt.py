@@ -2,14 +2,17 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.evidence.holdout import path_change
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.candidates import declaration_of
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.scan.misfit import LOADED, negligible, size_of
+from wmr_replay.gap.scan.misfit import LOADED, may_be_rest, negligible, size_of
 from wmr_replay.gap.search.eliminate import REST, UNPROVEN
 from wmr_replay.gap.search.fit_candidates import FittedCandidate
+from wmr_replay.gap.search.rests import left_before, left_now
 from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.effects import UNNAMED_PREFIX
@@ -22,6 +25,11 @@ NO_NEARER = (
     "{effect} predicts better what was held out, but the simulated path comes no nearer for it: something "
     "larger is missing beside it, or in its place"
 )
+LOUDER = (
+    "something disturbs the robot {channel} {times:.0f} times as much as on the calibration log of the base "
+    "model, {density:.2g} (m/s²)/√Hz, and no effect explains it"
+)
+CHANNELS = ("ahead", "in turning")
 
 
 def in_doubt(problem: Problem, selection: Selection, model: BaseModel, options: GapOptions) -> str:
@@ -29,13 +37,28 @@ def in_doubt(problem: Problem, selection: Selection, model: BaseModel, options: 
 
     An effect that is larger than the calibration log left it, and no larger than the base model's doubts on
     another drive: the one that moves the path most. Else one that predicts held-out blocks far better while
-    the gap of held-out windows does not shrink.
+    the gap of held-out windows does not shrink. Else a disturbance that is many times what the base model
+    leaves on its calibration log.
     """
     if within := moving_most(problem, selection, model, options):
         return WITHIN_THE_BASE.format(effect=in_words(within))
     clear = (one for one in selection.dropped if predicts_clearly(one, problem.settings))
     unproven = max(clear, key=lambda one: one.gain, default=None)
-    return NO_NEARER.format(effect=in_words(unproven)) if unproven else ""
+    if unproven:
+        return NO_NEARER.format(effect=in_words(unproven))
+    return disturbed(selection, model, problem.settings)
+
+
+def disturbed(selection: Selection, model: BaseModel, settings: GateSettings) -> str:
+    """A disturbance that is many times that of the calibration log, in words; empty without one."""
+    before, now = left_before(model.noise), left_now(selection)
+    if not model.misfit or before is None:
+        return ""
+    times = now / np.maximum(before, settings.misfit.least_disturbance_mps2_rthz)
+    channel = int(np.argmax(times))
+    if times[channel] < settings.misfit.times_the_disturbance:
+        return ""
+    return LOUDER.format(channel=CHANNELS[channel], times=times[channel], density=now[channel])
 
 
 def moving_most(
@@ -49,8 +72,10 @@ def moving_most(
 
 
 def is_new(one: FittedCandidate, model: BaseModel, settings: GateSettings) -> bool:
-    """Whether an effect of the library is more than its calibration log left, and more than negligible."""
-    if one.name.startswith(UNNAMED_PREFIX):
+    """Whether an effect that a base model may leave, or a load put on meanwhile, is more than the calibration
+    log left of it, and more than negligible.
+    """
+    if one.name.startswith(UNNAMED_PREFIX) or not (one.name == LOADED or may_be_rest(one.name)):
         return False
     size, extension = size_of(one.name, one.fit.extension.effects[one.name]), one.fit.extension
     left = model.misfit.get("payload" if one.name == LOADED else one.name, 0.0)

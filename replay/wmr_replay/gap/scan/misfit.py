@@ -70,26 +70,29 @@ def with_parameters(
     misfit: Mapping[str, float], model: Model, ratios: tuple[float, float], own: MisfitSettings
 ) -> dict[str, float]:
     """The misfit with that of the calibrated parameters: what their standard deviations leave open, what a
-    controller hides, and of α_yaw what casters that carry load leave.
+    controller hides, and of α_yaw what casters that carry load leave. What is hidden of α_yaw counts twice on
+    another drive (:func:`floor_of`), that of α here.
     """
     robot, found = model.robot, dict(misfit)
-    for key, value, names in (
-        ("alpha", robot.alpha, ("payload", "drive_gain")),
-        ("alpha_yaw", robot.alpha_yaw, ("yaw_inertia",)),
+    for key, value, names, times in (
+        ("alpha", robot.alpha, ("payload", "drive_gain"), own.other_drives),
+        ("alpha_yaw", robot.alpha_yaw, ("yaw_inertia",), 1.0),
     ):
         if value:
             open_to = own.in_sd * model.robot_sd.get(key, 0.0) / value
-            found |= {name: open_to + hidden_by_answer(ratios, name, own) for name in names}
+            found |= {name: open_to + times * hidden_by_answer(ratios, name, own) for name in names}
     if on_loaded_casters(model, own):
         found["yaw_inertia"] = max(found.get("yaw_inertia", 0.0), own.on_casters)
     return found
 
 
 def on_loaded_casters(model: Model, own: MisfitSettings) -> bool:
-    """Whether the calibration found casters that hold the robot in its curve, or push it while they swing."""
+    """Whether the calibration found casters that hold the robot in its curve, or something that pushes it
+    about as casters do while they swing.
+    """
     held_mps2 = sum(effect.parameters["s0_mps2"] for effect in model.effects if effect.name == SWIVELS)
-    swings = model.noise.swing_yaw_mps2_rthz or 0.0
-    return held_mps2 >= own.least_swivels_mps2 or swings >= own.least_swings_mps2_rthz
+    pushes = model.noise.swing_yaw_mps2_rthz or 0.0, model.noise.disturbance_yaw_mps2_rthz or 0.0
+    return held_mps2 >= own.least_swivels_mps2 or float(np.hypot(*pushes)) >= own.least_swings_mps2_rthz
 
 
 def hidden_by_answer(ratios: tuple[float, float], name: str, own: MisfitSettings) -> float:

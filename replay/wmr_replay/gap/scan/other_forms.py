@@ -68,7 +68,7 @@ def other_forms(extension: Extension, speeds: Speeds, own: MisfitSettings) -> It
 
 def forms_ahead(extension: Extension, speeds: Speeds, own: MisfitSettings) -> Iterator[tuple[str, float]]:
     """Those of the resistances ahead and of a bias; also as far as the calibration left a resistance open."""
-    v, bias_nm = np.abs(speeds.ahead_mps), held_size("torque_bias_common", extension)
+    v, bias_nm = np.abs(speeds.ahead_mps), abs(held_size("torque_bias_common", extension))
     per_nm = 2 * extension.base.alpha
     dragging = dragging_mps2(extension, speeds)
     for name, power in POWERS.items():
@@ -81,21 +81,22 @@ def forms_ahead(extension: Extension, speeds: Speeds, own: MisfitSettings) -> It
 
 def forms_turning(extension: Extension, speeds: Speeds, own: MisfitSettings) -> Iterator[tuple[str, float]]:
     """Those of a yaw damping and of a centre of mass: at one speed the two are the same, and what slides
-    along is a damping.
+    along is a damping. A centre of mass behind the axle, or one ahead in reverse, helps turns: no damping is
+    like it.
     """
-    v, q, base = np.abs(speeds.ahead_mps), speeds.yaw_rate_radps, extension.base
-    turning, by_arm = base.half_track_m * np.abs(q), v * np.abs(q) * base.alpha_yaw / base.alpha
-    by_arm /= base.half_track_m
+    v, q, base = np.abs(speeds.ahead_mps), np.abs(speeds.yaw_rate_radps), extension.base
+    turning = base.half_track_m * q
+    by_arm = speeds.ahead_mps * q * base.alpha_yaw / (base.alpha * base.half_track_m)
     held, across = np.minimum(held_mps2(extension, v), own.most_in_form_mps2), np.hypot(v, turning)
     sliding = np.divide(held * turning, across, out=np.zeros_like(held), where=across > 0)
-    moved = by_arm * held_size("com_offset", extension)
-    yield "yaw_damping", least_squares(turning, sliding * base.alpha_yaw / base.alpha + moved)
-    yield "com_offset", least_squares(by_arm, turning * held_size("yaw_damping", extension))
+    moved = max(least_squares(turning, by_arm * held_size("com_offset", extension)), 0.0)
+    yield "yaw_damping", moved + least_squares(turning, sliding * base.alpha_yaw / base.alpha)
+    yield "com_offset", abs(least_squares(by_arm, turning * held_size("yaw_damping", extension)))
 
 
 def held_size(name: str, extension: Extension) -> float:
-    """The size of an effect that the base model holds; 0 of one that it does not."""
-    return sum(abs(size_of(parameters)) for held, parameters in extension.known if held == name)
+    """The size of an effect that the base model holds, with its sign; 0 of one that it does not."""
+    return sum(size_of(parameters) for held, parameters in extension.known if held == name)
 
 
 def open_mps2(extension: Extension, speed_mps: F64, without: str) -> F64:

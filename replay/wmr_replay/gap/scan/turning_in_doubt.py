@@ -81,7 +81,8 @@ def scrub_in_error_mps2(extension: Extension, binned: BinnedLog) -> float:
 def held_in_doubt(extension: Extension, binned: BinnedLog) -> dict[str, float]:
     """What twice the error of α_yaw leaves open of the effects in turning that the base holds: it is another
     one on another drive. Supports that drag may do so in the form of each other effect, and all of what they
-    do where α_yaw is not known may be a moved centre of mass.
+    do where α_yaw is not known may be a moved centre of mass or, on a drive that turns one way more than the
+    other, torques that turn one way.
     """
     share = binned.settings.misfit.other_drives * extension.misfit.get("yaw_inertia", 0.0)
     shares = dict.fromkeys(TURNING, share) | dict.fromkeys(ONE_WAY, min(share, 1.0))
@@ -89,7 +90,8 @@ def held_in_doubt(extension: Extension, binned: BinnedLog) -> dict[str, float]:
     units = dict(units_of(extension, binned))
     found = {name: share * abs(least_squares(unit, dragging)) for name, unit in units.items()}
     if turning_is_unknown(extension.misfit, binned.settings.misfit):
-        found[COM] = abs(least_squares(units[COM], dragging))
+        others = {COM: units[COM], **dict(one_way_units(extension, binned))}
+        found |= {name: abs(least_squares(unit, dragging)) for name, unit in others.items()}
     for name, sizes in extension.known:
         if name in shares:
             found[name] = found.get(name, 0.0) + shares[name] * size_of(name, sizes)
@@ -123,3 +125,10 @@ def units_of(extension: Extension, binned: BinnedLog) -> Iterator[tuple[str, F64
     yield SCRUB, Term("yaw", ("sgn(yaw_rate)",)).evaluate(columns)
     yield "yaw_damping", base.half_track_m * columns["yaw_rate"]
     yield COM, arm_per_m * columns["v"] * columns["yaw_rate"]
+
+
+def one_way_units(extension: Extension, binned: BinnedLog) -> Iterator[tuple[str, F64]]:
+    """The torques that turn one way, with l·dyaw_rate/dt (n,) in m/s² per size on the log."""
+    alpha_yaw, together = extension.base.alpha_yaw, columns_of(binned)["effort_sum"]
+    for name, unit in zip(ONE_WAY, (together, np.full_like(together, 2.0)), strict=True):
+        yield name, alpha_yaw * unit

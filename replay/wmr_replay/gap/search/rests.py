@@ -18,6 +18,7 @@ from wmr_replay.gap.estimation.calibrate import (
     to_calibrate,
 )
 from wmr_replay.gap.estimation.diffusion import fit_diffusion, noise_model
+from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import gauss_newton
 from wmr_replay.gap.model.base import BaseModel, base_of
 from wmr_replay.gap.model.extension import Extension, Parameters
@@ -31,6 +32,7 @@ from wmr_replay.gap.scan.misfit import (
 )
 from wmr_replay.gap.search.select import Selection, forward_selection
 from wmr_replay.gap.settings.scan import MisfitSettings
+from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.model_file import Effect, Model, NoiseModel
 from wmr_schemas.terms import TermChannel, parse_term
@@ -41,18 +43,36 @@ OF_THE_PLACE = ("slope",)
 
 
 def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
-    """The calibration with the lasting effects that its log shows beyond the parameters, all of them fitted
-    together, and again from the parameters that this finds: what an arm of the centre of mass does depends
-    on the inertia. Unchanged where the log shows an effect that does not always act, or one of its place.
+    """The calibration with the lasting effects that its log shows beyond the parameters: the likelier of a
+    few and of more. Unchanged where the log shows an effect that does not always act, or one of its place.
+    """
+    settings = calibration.problem.settings
+    settings = replace(settings, scan=replace(settings.scan, held_too=True))
+    binned = replace(calibration.problem.binned, names_skid=False, settings=settings)
+    rolling = replace(calibration.problem, binned=binned)
+    found = all_rests(rolling, calibration.holding, options)
+    return likelier([holding_found(calibration, selection) for selection in found])
+
+
+def all_rests(problem: Problem, extension: Extension, options: GapOptions) -> list[Selection]:
+    """The rests that the log shows, terms of the dictionary among the first few where none of the library is
+    significant. Where the library had one each time, it may have more, which is the second selection.
+    """
+    own = problem.settings.misfit
+    few, many = (replace(options, max_effects=most) for most in (own.most_rests, own.most_of_library))
+    selection = forward_selection(problem, extension, few, terms=True)
+    names = [one.name for one in selection.found]
+    if len(names) < own.most_rests or any(name.startswith(UNNAMED_PREFIX) for name in names):
+        return [selection]
+    return [selection, forward_selection(problem, extension, many, terms=False)]
+
+
+def holding_found(calibration: Calibration, selection: Selection) -> Calibration:
+    """The calibration with what a selection found, all of it fitted together, and again from the parameters
+    that this finds: what an arm of the centre of mass does depends on the inertia.
     """
     model, problem = calibration.model, calibration.problem
-    extension = calibration.holding
-    settings = replace(problem.settings, scan=replace(problem.settings.scan, held_too=True))
-    rolling = replace(problem, binned=replace(problem.binned, names_skid=False, settings=settings))
-    most = replace(options, max_effects=problem.settings.misfit.most_rests)
-    selection = forward_selection(rolling, extension, most, terms=True)
-    found = selection.fit.extension.effects
-    effects = joined(extension.known, found)
+    effects = joined(calibration.holding.known, selection.fit.extension.effects)
     if not effects or not all(may_be_held(name) for name in effects):
         return calibration
     rests = {name: dict(size) for name, size in effects.items() if name not in IN_PARAMETERS}
@@ -105,20 +125,34 @@ def leaving_more(selection: Selection, noise: NoiseModel, own: MisfitSettings) -
     What makes the disturbance on the calibration log, such as a caster that swings round, has a form: another
     one on each drive. A formula of it is no finding.
     """
-    now, misfit = selection.base.noise, selection.base.extension.misfit
+    misfit = selection.base.extension.misfit
     if misfit.get("yaw_inertia", 0.0) > own.no_formula_share:
         return frozenset()
     may_leave = set(FORMULA_CHANNELS) - ({"yaw"} if turning_is_unknown(misfit, own) else set())
-    left = noise.disturbance_longitudinal_mps2_rthz, noise.disturbance_yaw_mps2_rthz
-    if None in left:
+    before, after = left_before(noise), left_now(selection)
+    if before is None:
         return frozenset(may_leave)
-    swings = noise.swing_longitudinal_mps2_rthz or 0.0, noise.swing_yaw_mps2_rthz or 0.0
-    before = np.hypot(np.array(left, np.float64), swings)
-    after = np.hypot(now.densities_mps2_rthz, now.swings_mps2_rthz)
     if np.hypot(*after) <= own.same_disturbance * np.hypot(*before):
         return frozenset()
     more = after > own.same_disturbance * before
     return frozenset(one for one, is_more in zip(FORMULA_CHANNELS, more, strict=True) if is_more) & may_leave
+
+
+def left_before(noise: NoiseModel) -> F64 | None:
+    """Densities of the disturbances ahead and in turning that a base model leaves on its calibration log, and
+    casters while they swing (2,), in (m/s²)/√Hz; None where they are not known.
+    """
+    left = noise.disturbance_longitudinal_mps2_rthz, noise.disturbance_yaw_mps2_rthz
+    if None in left:
+        return None
+    swings = noise.swing_longitudinal_mps2_rthz or 0.0, noise.swing_yaw_mps2_rthz or 0.0
+    return np.hypot(np.array(left, np.float64), swings)
+
+
+def left_now(selection: Selection) -> F64:
+    """The same of what it leaves on the log (2,)."""
+    now = selection.base.noise
+    return np.hypot(now.densities_mps2_rthz, now.swings_mps2_rthz)
 
 
 def without_formula(selection: Selection) -> Selection:

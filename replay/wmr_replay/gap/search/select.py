@@ -4,13 +4,13 @@ from dataclasses import dataclass, replace
 
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton, keys_of
 from wmr_replay.gap.evidence.answer import beyond_answer
 from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres, too_calm_for
 from wmr_replay.gap.evidence.one_place import skids_at_one_place
 from wmr_replay.gap.evidence.significance import correlation, rows_that_show
 from wmr_replay.gap.evidence.spread import may_be_nothing
-from wmr_replay.gap.model.candidates import BY_NAME, CONFOUNDED_FORMS, LOCAL
+from wmr_replay.gap.model.candidates import BY_NAME, CONFOUNDED_FORMS, LOCAL, candidate_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.work import work_on
 from wmr_replay.gap.options import GapOptions
@@ -25,7 +25,13 @@ from wmr_replay.gap.search.eliminate import (
     fit_without,
     may_be_a_rest,
 )
-from wmr_replay.gap.search.fit_candidates import FittedCandidate, Hints, fit_candidates, price_of
+from wmr_replay.gap.search.fit_candidates import (
+    HIDING,
+    FittedCandidate,
+    Hints,
+    fit_candidates,
+    price_of,
+)
 from wmr_replay.gap.search.same_loss import with_both_forms
 from wmr_replay.gap.search.two_as_one import two_as_one
 from wmr_replay.gap.settings.scan import MisfitSettings
@@ -84,6 +90,7 @@ def forward_selection(
             break
         fitted = fit_candidates(problem, current, terms=False, hints=hints, without=without)
         fitted = tuple(with_gain_as_inertia(one, problem.settings.misfit) for one in fitted)
+        fitted = with_rests_alone(problem, fitted)
         if shows_rest(problem, extension, current, fitted):
             rests.append(replace(fitted[0], failed=REST))
             current = holding(problem, fitted[0])
@@ -117,6 +124,35 @@ def with_gain_as_inertia(candidate: FittedCandidate, own: MisfitSettings) -> Fit
     same = gain_as_inertia(extension)
     scored = replace(candidate.scored, name="yaw_inertia", parameters=dict(same.effects["yaw_inertia"]))
     return replace(candidate, scored=scored, fit=replace(candidate.fit, extension=same))
+
+
+def with_rests_alone(problem: Problem, fitted: tuple[FittedCandidate, ...]) -> tuple[FittedCandidate, ...]:
+    """The candidates, the best first, rests by those of their parameters alone that make an effect.
+
+    A medium that hardly brakes the way ahead is a rest by that; what it would brake of turns may be another
+    effect, which it hides if it is held.
+    """
+    alone = tuple(as_rest_alone(problem, one) for one in fitted)
+    if alone == fitted:
+        return fitted
+    return tuple(sorted(alone, key=lambda one: (one.failed in HIDING, -one.score)))
+
+
+def as_rest_alone(problem: Problem, candidate: FittedCandidate) -> FittedCandidate:
+    """A rest with its parameters that need not be left out; any other candidate as it is."""
+    name, extension = candidate.name, candidate.fit.extension
+    absent = candidate_of(name).absent
+    if extension.effects[name].items() >= absent.items():
+        return candidate
+    if not is_rest(name, extension, problem.settings.misfit):
+        return candidate
+    extension = extension.with_effect(name, {**extension.effects[name], **absent})
+    keys = tuple(key for key in keys_of(extension) if key not in {(name, side) for side in absent})
+    fit = gauss_newton(
+        problem, extension, candidate.fit.noise, problem.settings.budget.ranked_steps, keys=keys
+    )
+    less = fit.deviance - candidate.fit.deviance
+    return replace(candidate, fit=fit, gain=candidate.gain - less, score=candidate.score - less)
 
 
 def shows_rest(
