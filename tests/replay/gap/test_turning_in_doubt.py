@@ -101,7 +101,8 @@ def test_a_held_imbalance_is_known_no_better_and_may_be_none_on_another_drive(sh
     known = base(share)
     known = replace(known, known=held, misfit={**known.misfit, "torque_imbalance": 0.01})
     wider = with_turning_in_doubt(known, bin_log(circle(), SETTINGS))
-    assert wider.misfit["torque_imbalance"] == pytest.approx(0.01 + open_to * 0.05)
+    by_error = share * APART_NM / 2
+    assert wider.misfit["torque_imbalance"] == pytest.approx(0.01 + open_to * 0.05 + by_error)
 
 
 def test_torques_that_do_not_follow_the_turn_widen_no_scrub():
@@ -193,7 +194,7 @@ def test_where_alpha_yaw_is_not_known_all_that_supports_take_may_be_a_moved_cent
 @pytest.mark.parametrize("both_ways", [False, True])
 def test_on_a_drive_that_turns_one_way_what_supports_take_may_be_an_imbalance(share, known, both_ways):
     """By hand: on the circle, d₀ l·w/V at torques of 1 N·m is an imbalance of that over α_yaw·2 N·m, and a
-    bias of it over 2 α_yaw; both ways about it is neither.
+    bias of it over 2 α_yaw; so is s α_yaw Δu. Both ways about it is neither.
     """
     log = circle()
     if both_ways:
@@ -208,6 +209,7 @@ def test_on_a_drive_that_turns_one_way_what_supports_take_may_be_an_imbalance(sh
         Extension(base_of(ROBOT), {}, 0.11, known=held, misfit=misfit), bin_log(log, SETTINGS)
     ).misfit
     taken_mps2 = d0_mps2 * L * YAW_RATE / np.hypot(V, L * YAW_RATE)
-    open_to = 0.0 if known or both_ways else taken_mps2 / (2 * ALPHA_YAW)
+    by_error = share * APART_NM / 2
+    open_to = 0.0 if both_ways else by_error + (0.0 if known else taken_mps2 / (2 * ALPHA_YAW))
     assert wider["torque_imbalance"] == pytest.approx(0.01 + open_to, rel=0.02, abs=0.002)
     assert wider["torque_bias_differential"] == pytest.approx(0.01 + open_to, rel=0.02, abs=0.002)

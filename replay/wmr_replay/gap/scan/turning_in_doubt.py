@@ -8,7 +8,8 @@ controller the torques answer them, and the calibration log shows α_yaw to a sh
 
 of l·dyaw_rate/dt. In a steady turn the torques hold what brakes it, so that this is like an effect in
 proportion to the yaw rate. Such an effect is a rest up to the size at which it turns the robot as much, root
-mean square. A scrub, which jumps where the turn reverses, is a rest up to its least squares in the error.
+mean square. A scrub, which jumps where the turn reverses, is a rest up to its least squares in the error. So
+are torques that turn one way: on a drive that turns both ways as much, that is nothing.
 
 A centre of mass, a yaw damping or a scrub that the base model holds was found beside the same torques, in
 units of the same α_yaw. So it is known to that share as well: another drive may ask for s of it more or less.
@@ -65,6 +66,9 @@ def with_turning_in_doubt(extension: Extension, binned: BinnedLog) -> Extension:
     found = {name: left_mps2 / unit_mps2 for name, unit_mps2 in turns if unit_mps2 > 0}
     found[SCRUB] = scrub_in_error_mps2(extension, binned)
     held = held_in_doubt(extension, binned)
+    apart = share * extension.base.alpha_yaw * columns_of(binned)["effort_diff"]
+    for name, unit in one_way_units(extension, binned):
+        held[name] = held.get(name, 0.0) + abs(least_squares(unit, apart))
     wider = {
         name: max(size + held.get(name, 0.0), found.get(name, 0.0)) for name, size in extension.misfit.items()
     }
