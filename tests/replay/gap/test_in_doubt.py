@@ -9,9 +9,9 @@ from tests.replay.gap.plain_loop import ROBOT, SETTINGS, made_log
 
 from wmr_replay.gap import GapOptions, analyse
 from wmr_replay.gap.evidence.holdout import Proof
-from wmr_replay.gap.result.in_doubt import in_words, predicts_clearly
+from wmr_replay.gap.result.in_doubt import disturbed, in_words, predicts_clearly
 from wmr_replay.gap.search.eliminate import REST, UNPROVEN
-from wmr_schemas.model_file import Model
+from wmr_schemas.model_file import Model, NoiseModel
 
 ROLLING = GapOptions(modes="ideal")
 CLOSE = {"viscous_drag": 0.002, "wheel_viscous": 0.004, "rolling_resistance": 0.002}
@@ -72,3 +72,26 @@ def test_sizes_are_said_with_their_units():
     fit = SimpleNamespace(extension=SimpleNamespace(effects=effects))
     said = [in_words(SimpleNamespace(name=name, fit=fit)) for name in effects]
     assert said == ["input_delay (delay_s 0.051 s)", "payload (mass_ratio 0.1)"]
+
+
+@pytest.mark.parametrize(
+    ("ahead", "yaw", "said"),
+    [(0.08, 0.01, "ahead 8 times"), (0.01, 0.3, "in turning 15 times"), (0.04, 0.09, ""), (None, 0.3, "")],
+)
+def test_what_disturbs_the_robot_many_times_over_is_said(ahead, yaw, said):
+    """The calibration left .01 and, with casters that swing, .02; below .005 it counts as that."""
+    noise = NoiseModel(
+        disturbance_longitudinal_mps2_rthz=None if ahead is None else 0.01,
+        disturbance_yaw_mps2_rthz=0.012,
+        swing_yaw_mps2_rthz=0.016,
+    )
+    now = SimpleNamespace(densities_mps2_rthz=(ahead or 0.0, yaw), swings_mps2_rthz=(0.0, 0.0))
+    selection = SimpleNamespace(base=SimpleNamespace(noise=now))
+    base = SimpleNamespace(noise=noise, misfit=CLOSE)
+    text = disturbed(selection, base, SETTINGS)
+    assert said in text
+    assert bool(text) is bool(said)
+    assert disturbed(selection, SimpleNamespace(noise=noise, misfit={}), SETTINGS) == ""
+    quiet = SimpleNamespace(noise=replace(noise, disturbance_longitudinal_mps2_rthz=0.0001), misfit=CLOSE)
+    loud = max((ahead or 0.0) / SETTINGS.misfit.least_disturbance_mps2_rthz, yaw / 0.02) >= 5
+    assert bool(disturbed(selection, quiet, SETTINGS)) is loud
