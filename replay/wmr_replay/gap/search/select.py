@@ -32,6 +32,7 @@ from wmr_replay.gap.search.fit_candidates import (
     fit_candidates,
     price_of,
 )
+from wmr_replay.gap.search.other_medium import with_other_medium
 from wmr_replay.gap.search.same_loss import with_both_forms
 from wmr_replay.gap.search.two_as_one import two_as_one
 from wmr_replay.gap.settings.scan import MisfitSettings
@@ -193,6 +194,7 @@ def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Sele
             fit, both = with_both_forms(problem, fit, tuple(kept))
             both = tuple(beyond_answers(problem, fit, effect) for effect in both)
             both = tuple(with_forms_between(problem, fit, effect) for effect in both)
+            fit, both = with_other_medium(problem, fit, both)
             return replace(selection, fit=fit, found=both, dropped=tuple(dropped))
         refused = refused or next(iter(open_ones.values()), "")
         found = [f for f in found if f.name not in open_ones] if open_ones else []
