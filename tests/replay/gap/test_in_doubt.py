@@ -43,6 +43,15 @@ def test_what_the_base_may_leave_on_this_drive_alone_is_said(misfit, drag_per_s,
         assert first.score > 50
 
 
+@pytest.mark.parametrize(("misfit", "least_per_s"), [(CLOSE, 0.032), (LEFT, 0.2)])
+def test_no_size_that_the_base_may_leave_would_have_been_seen(misfit, least_per_s):
+    """Four fifths of what is negligible, or what the calibration log left; the log alone shows less."""
+    log = made_log(1)
+    found, bare = (analyse(log, Model(ROBOT, misfit=one), ROLLING) for one in (misfit, {}))
+    assert found.minimum_detectable["viscous_drag"].value == pytest.approx(least_per_s)
+    assert bare.minimum_detectable["viscous_drag"].value < 0.03
+
+
 def test_a_drag_that_moves_the_path_by_less_than_asked_is_not_said():
     log, base = made_log(1, drag_per_s=0.08), Model(ROBOT, misfit=FORM_OPEN)
     found = analyse(log, base, replace(ROLLING, tolerance_m=1.0))

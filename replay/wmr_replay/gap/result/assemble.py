@@ -13,7 +13,7 @@ from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.against import with_curves, with_formula_curves
-from wmr_replay.gap.result.detectable import minimum_detectable, unseen
+from wmr_replay.gap.result.detectable import beyond_rests, minimum_detectable, unseen
 from wmr_replay.gap.result.effects import extended_model, found_effects
 from wmr_replay.gap.result.formulas import formulas_of, unseen_parity
 from wmr_replay.gap.result.in_doubt import in_doubt
@@ -91,7 +91,7 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
         modes=options.modes,
         base=model.source,
         unnameable=model.unnameable,
-        minimum_detectable=detectable,
+        minimum_detectable=beyond_rests(detectable, fit.extension, options.gates.misfit),
         model=extended_model(model, effects, fit, binned),
         seed=options.seed,
         notes=(*notes, *in_modes, *doubts(model.misfit, options.gates.misfit), *what_to_drive(verdict)),

@@ -1,14 +1,18 @@
 """The smallest size of each effect that the log would have shown."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from scipy.special import ndtri
 
 from wmr_replay.gap.model.candidates import candidate_of
+from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.result import Detectable
+from wmr_replay.gap.scan.misfit import floor_of
 from wmr_replay.gap.scan.scan import LibraryScan
 from wmr_replay.gap.settings.result import DetectableSettings
+from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.effects import EffectDeclaration, named_of
 
 
@@ -48,3 +52,15 @@ def unseen(detectable: Mapping[str, Detectable]) -> tuple[str, ...]:
         if effect.relevant is not None
         and (name not in detectable or detectable[name].value > effect.relevant)
     )
+
+
+def beyond_rests(
+    detectable: Mapping[str, Detectable], extension: Extension, own: MisfitSettings
+) -> Mapping[str, Detectable]:
+    """The sizes, no smaller than what is a rest of the base model: that much is no finding, however well the
+    log shows it.
+    """
+    return {
+        name: replace(least, value=max(least.value, floor_of(name, extension, own)))
+        for name, least in detectable.items()
+    }
