@@ -24,8 +24,10 @@ def with_other_medium(problem: Problem, current: Fit, effects: Effects) -> tuple
     """The model and its effects, one that brakes by the speed squared as the one that brakes by the speed
     where that is clearly likelier, else with it as an alternative. Both have two parameters.
     """
+    if MEDIUM not in [effect.name for effect in effects]:
+        return current, effects
     held = current.extension.effects
-    if not held.get(MEDIUM, {}).get("e2_per_m") or held.keys() & {AHEAD, IN_TURNING}:
+    if not held[MEDIUM]["e2_per_m"] or held.keys() & {AHEAD, IN_TURNING}:
         return current, effects
     fit = by_the_speed(problem, current)
     worse = fit.deviance - current.deviance
