@@ -77,10 +77,20 @@ def test_what_predicts_far_better_is_said_though_the_path_comes_no_nearer(failed
 
 
 def test_sizes_are_said_with_their_units():
-    effects = {"input_delay": {"delay_s": 0.0512}, "payload": {"mass_ratio": 0.1}}
+    effects = {
+        "input_delay": {"delay_s": 0.0512},
+        "payload": {"mass_ratio": 0.1},
+        "pose_lever_arm": {"y_m": 0.02, "x_m": -0.1},
+        "aerodynamic_drag": {"c2_per_m": 0.2, "e2_per_m": 0.0},
+    }
     fit = SimpleNamespace(extension=SimpleNamespace(effects=effects))
     said = [in_words(SimpleNamespace(name=name, fit=fit)) for name in effects]
-    assert said == ["input_delay (delay_s 0.051 s)", "payload (mass_ratio 0.1)"]
+    assert said == [
+        "input_delay (delay_s 0.051 s)",
+        "payload (mass_ratio 0.1)",
+        "pose_lever_arm (x_m -0.1 m, y_m 0.02 m)",
+        "aerodynamic_drag (c2_per_m 0.2 1/m)",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -97,8 +97,8 @@ def moved_m(problem: Problem, one: FittedCandidate, options: GapOptions) -> floa
 
 
 def in_words(one: FittedCandidate) -> str:
-    """The effect with its sizes."""
-    units = declaration_of(one.name).units
-    sizes = one.fit.extension.effects[one.name].items()
-    said = (f"{key} {size:.2g} {units[key]}".removesuffix(" 1") for key, size in sizes)
+    """The effect with its sizes; a parameter that need not be, where it is."""
+    form = declaration_of(one.name)
+    sizes = one.fit.extension.effects[one.name].items() - form.absent.items()
+    said = (f"{key} {size:.2g} {form.units[key]}".removesuffix(" 1") for key, size in sorted(sizes))
     return f"{one.name} ({', '.join(said)})"
