@@ -12,16 +12,10 @@ from tests.replay.gap.plain_loop import BASE, KEPT, ROBOT, SETTINGS
 from wmr_replay.effects.motion import sign
 from wmr_replay.effects.theta import N_THETA, Theta
 from wmr_replay.gap.estimation.modes import lasting_effects
-from wmr_replay.gap.estimation.own_form import (
-    SCRUB,
-    Forms,
-    forms_at,
-    has_own_form,
-    spread_of_forms,
-    with_own_form,
-)
+from wmr_replay.gap.estimation.own_form import Forms, forms_at, has_own_form, spread_of_forms, with_own_form
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model, gauss_newton
+from wmr_replay.gap.estimation.sticking import SCRUB
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import N_ROW, N_STATE, Row, V, step

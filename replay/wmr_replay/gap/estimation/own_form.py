@@ -17,10 +17,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from wmr_replay.gap.estimation.refit import Fit, Keys, fit_model, gauss_newton, keys_of
+from wmr_replay.gap.estimation.sticking import SCRUB
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import FRICTIONS, WITHHOLDING
 
-SCRUB = "scrub_torque"
 FREEDOMS = {"friction_speed_mps": frozenset(FRICTIONS), "corner_share": frozenset(WITHHOLDING)}
 """Fields of an extension, and the effects whose form they are."""
 

@@ -150,8 +150,9 @@ class MisfitSettings:
 
     times_the_disturbance: float = 5.0
     """A disturbance so many times that of the calibration log is one that nothing found explains. Judgement:
-    on a stranger's four robots with nothing hidden it was up to 2.3 times as large; a robot on ice, whose
-    wheels were taken to skid, had 13 times."""
+    on a stranger's four robots with nothing hidden it was up to 2.3 times as large, in the engine's
+    eighteenth report more than this on one of 312 logs; a robot on ice, whose wheels were taken to skid, had
+    60 times."""
 
     least_disturbance_mps2_rthz: float = 0.005
     """What a base model leaves counts as no less, (m/s²)/√Hz. Judgement: on balls and at 1 mm a calibration
