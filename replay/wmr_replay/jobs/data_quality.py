@@ -19,13 +19,19 @@ from wmr_schemas.status import BARRING, Status
 
 MOST_BARRED = 0.5
 """Share of the rows after warm-up; what is left of a log beyond is no log to name an effect on."""
+TORQUE_FACTOR = ("torque_unit",)
+"""What bars an analysis by torques wherever it was found: with torques many times too large the model foresees
+accelerations that never come, which it calls slips, and the monitor does not count slips."""
 
 
-def checked_findings(path: LogPath, whole: WholeLog, robot: RobotParameters) -> tuple[Finding, ...]:
+def checked_findings(
+    path: LogPath, whole: WholeLog, robot: RobotParameters, bars_anywhere: tuple[str, ...] = ()
+) -> tuple[Finding, ...]:
     """What is wrong with the data of a log, by the parameters of ``robot``.
 
-    Raises LogUnusable with the finding's own words where findings bar more than half of the rows, or where
-    signs or units are found to be wrong at the log's end: they do not change within a log.
+    Raises LogUnusable with the finding's own words where findings bar more than half of the rows, where signs
+    or units are found to be wrong at the log's end – they do not change within a log –, or where one of the
+    codes ``bars_anywhere`` bars a row.
     """
     status, found = replayed_status(replace(whole.log, robot=robot))
     findings = (*whole.findings, *found)
@@ -34,7 +40,8 @@ def checked_findings(path: LogPath, whole: WholeLog, robot: RobotParameters) -> 
     if not barring or not len(rows):
         return findings
     barred = np.isin(rows, list(BARRING))
-    if barred.mean() <= MOST_BARRED and rows[-1] != Status.IMPLAUSIBLE:
+    anywhere = any(f.code in bars_anywhere for f in barring)
+    if barred.mean() <= MOST_BARRED and rows[-1] != Status.IMPLAUSIBLE and not anywhere:
         return findings
     labels = {KINDS[f.code].bars: f for f in reversed(barring)}
     most = Status(int(np.bincount(rows[barred]).argmax()))

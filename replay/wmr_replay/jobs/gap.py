@@ -15,7 +15,7 @@ from wmr_replay.gap.search.rests import that_matter
 from wmr_replay.ingest import Between, LogPath
 from wmr_replay.ingest.tracks import Progress, WholeLog, read_whole
 from wmr_replay.jobs.base_model import base_for
-from wmr_replay.jobs.data_quality import checked_findings
+from wmr_replay.jobs.data_quality import TORQUE_FACTOR, checked_findings
 from wmr_replay.jobs.gap_document import document_of
 from wmr_replay.jobs.gap_traces import traces_frame
 from wmr_replay.jobs.measured_poses import with_measured_poses
@@ -104,7 +104,7 @@ def analyse_log(  # noqa: PLR0913 – keyword arguments
     )
     asked = {"clock_offset_s": clock_offset_s, "given": request_texts(mapping, between, base)}
     base, notes = base_for(base, whole.sha256)
-    findings = checked_findings(path, whole, robot_of(whole.log, base))
+    findings = checked_findings(path, whole, robot_of(whole.log, base), TORQUE_FACTOR)
     whole = with_measured_poses(whole)
     with errors_naming(path):
         result = analyse(whole.log, base, options, progress)
@@ -170,7 +170,7 @@ def calibrate_log(
         progress,
         clock_offset_s=clock_offset_s,
     )
-    findings = checked_findings(path, whole, whole.log.robot)
+    findings = checked_findings(path, whole, whole.log.robot, TORQUE_FACTOR)
     whole = with_measured_poses(whole)
     with errors_naming(path):
         model = calibrate(whole.log, whole.log.robot, options)

@@ -89,3 +89,17 @@ def test_less_than_half_of_a_log_does_not_stop_an_analysis(tmp_path: Path, monke
     status[:60] = Status.NO_HEADING
     with pytest.raises(LogUnusable, match=r"^a\.mcap: no_heading: the orientation is constant"):
         checked_findings(Path("a.mcap"), whole, whole.log.robot)
+
+
+def test_torques_too_large_for_the_model_are_refused_although_the_finding_is_withdrawn(
+    tmp_path: Path, monkeypatch
+) -> None:
+    log = written(tmp_path / "drive.mcap")
+    whole = gap_jobs.read_whole(log, gap_jobs.LogMapping(), gap_jobs.Between())
+    found = [finding("torque_unit", Severity.BARS, "torques are about 36 times too large", n=20)]
+    status = np.full(100, Status.OK, np.int8)
+    status[40:60] = Status.IMPLAUSIBLE
+    monkeypatch.setattr("wmr_replay.jobs.data_quality.replayed_status", lambda _: (status, found))
+    assert checked_findings(log, whole, whole.log.robot) == tuple(found)
+    with pytest.raises(LogUnusable, match="torque_unit: torques are about 36 times too large"):
+        gap(log)
