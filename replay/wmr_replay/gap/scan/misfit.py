@@ -32,6 +32,8 @@ from wmr_schemas.terms import COEFFICIENT, parse_term
 
 IN_PARAMETERS = ("payload", "yaw_inertia", "drive_gain")
 """What a calibration takes into α and α_yaw."""
+OF_THE_DRIVES = ("actuator_lag", "input_delay", "torque_deadzone", "torque_saturation")
+"""What motors and their drivers do to every torque; a base model holds it."""
 IN_TURNING = ("yaw_inertia", "yaw_damping")
 """How a robot answers a turning torque, and what brakes its turns: a base model may leave much of both."""
 TURNING = ("yaw_damping", "com_offset", "scrub_torque")

@@ -25,6 +25,7 @@ from wmr_replay.gap.model.extension import Extension, Parameters
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import (
     IN_PARAMETERS,
+    OF_THE_DRIVES,
     may_be_rest,
     negligible,
     size_of,
@@ -39,12 +40,12 @@ from wmr_schemas.terms import TermChannel, parse_term
 
 FORMULA_CHANNELS: tuple[TermChannel, ...] = ("longitudinal", "yaw")
 OF_THE_PLACE = ("slope",)
-"""Effects that belong to where a log was taken, not to the robot."""
+"""Effects that belong to where a log was taken, not to the robot: fitted beside what is held, and left out."""
 
 
 def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     """The calibration with the lasting effects that its log shows beyond the parameters: the likelier of a
-    few and of more. Unchanged where the log shows an effect that does not always act, or one of its place.
+    few and of more. Unchanged where the log shows an effect that does not always act.
     """
     settings = calibration.problem.settings
     settings = replace(settings, scan=replace(settings.scan, held_too=True))
@@ -73,7 +74,7 @@ def holding_found(calibration: Calibration, selection: Selection) -> Calibration
     """
     model, problem = calibration.model, calibration.problem
     effects = joined(calibration.holding.known, selection.fit.extension.effects)
-    if not effects or not all(may_be_held(name) for name in effects):
+    if not effects or not all(may_be_held(name) or name in OF_THE_PLACE for name in effects):
         return calibration
     rests = {name: dict(size) for name, size in effects.items() if name not in IN_PARAMETERS}
     noise, robot = selection.fit.noise, model.robot
@@ -85,7 +86,8 @@ def holding_found(calibration: Calibration, selection: Selection) -> Calibration
     holding = replace(to_calibrate(problem, robot), known=tuple(rests.items())).as_in(whole.extension)
     beside = gauss_newton(problem, holding, noise, problem.settings.budget.last_steps)
     changed, sd = calibrated(robot, problem, beside)
-    held = beside.extension.with_forms(tuple(Effect(name, size) for name, size in rests.items()))
+    own = {name: size for name, size in rests.items() if may_be_held(name)}
+    held = beside.extension.with_forms(tuple(Effect(name, size) for name, size in own.items()))
     known = noise_model(problem.binned, beside.noise)
     model = replace(model, robot=changed, robot_sd=sd, noise=known, effects=held)
     return calibration._replace(model=model, fit=beside, start=robot)
@@ -176,7 +178,7 @@ def may_be_held(name: str) -> bool:
     """Whether an effect or a term of the dictionary belongs to the robot and always acts."""
     if name.startswith(UNNAMED_PREFIX):
         return parse_term(name).channel != "lateral"
-    return may_be_rest(name) and name not in OF_THE_PLACE
+    return name in OF_THE_DRIVES or (may_be_rest(name) and name not in OF_THE_PLACE)
 
 
 def that_matter(model: Model, settings: MisfitSettings) -> tuple[str, ...]:

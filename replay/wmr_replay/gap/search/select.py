@@ -14,7 +14,14 @@ from wmr_replay.gap.model.candidates import BY_NAME, CONFOUNDED_FORMS, LOCAL, ca
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.work import work_on
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.scan.misfit import gain_as_inertia, gain_is_rest, is_rest, negligible
+from wmr_replay.gap.scan.misfit import (
+    IN_PARAMETERS,
+    OF_THE_DRIVES,
+    gain_as_inertia,
+    gain_is_rest,
+    is_rest,
+    negligible,
+)
 from wmr_replay.gap.search.begun import Begun, fitted_on_the_whole
 from wmr_replay.gap.search.between_forms import with_forms_between
 from wmr_replay.gap.search.eliminate import (
@@ -86,7 +93,7 @@ def forward_selection(
     stages, rests = [] if begun is None else fitted_on_the_whole(problem, base, begun), []
     found = [stage[0] for stage in stages]
     current = found[-1].fit if found else base
-    while len(stages) < options.max_effects:
+    while len(stages) < options.max_effects + uncounted(problem, found):
         if found and not work_on(problem.binned.log.pose).allows(FURTHER_EFFECTS):
             break
         fitted = fit_candidates(problem, current, terms=False, hints=hints, without=without)
@@ -106,6 +113,14 @@ def forward_selection(
         found.append(replace(best, alternatives=others))
         current = best.fit
     return Selection(base, current, tuple(found), tuple(stages), rests=tuple(rests))
+
+
+def uncounted(problem: Problem, found: list[FittedCandidate]) -> int:
+    """How many of the effects found are none of the few that a calibration holds: those that stand for the
+    robot's parameters, and those of its drives.
+    """
+    calibrating = problem.settings.scan.held_too
+    return sum(one.name in (*IN_PARAMETERS, *OF_THE_DRIVES) for one in found) if calibrating else 0
 
 
 def base_fit(problem: Problem, extension: Extension) -> Fit:
@@ -302,7 +317,8 @@ def first_tested(
         return (replace(stage[0], failed=stage[0].failed or "not significant"), *stage[1:])
     stage = (first, *(c for c in stage if c is not first))
     first = replace(first, correlation=correlation(problem, first.fit, first.name))
-    if found and first.gain < remainder(problem, base, current, first, found):
+    naming = not problem.settings.scan.held_too
+    if found and naming and first.gain < remainder(problem, base, current, first, found):
         first = replace(first, failed="a remainder of what is found already")
     if gain_in_manoeuvres(current, first.fit) < 0:
         first = replace(first, failed="makes manoeuvres less likely")
