@@ -20,8 +20,8 @@ from wmr_schemas.status import BARRING, Status
 MOST_BARRED = 0.5
 """Share of the rows after warm-up; what is left of a log beyond is no log to name an effect on."""
 TORQUE_FACTOR = ("torque_unit",)
-"""What bars an analysis by torques wherever it was found: with torques many times too large the model foresees
-accelerations that never come, which it calls slips, and the monitor does not count slips."""
+"""What bars an analysis by torques wherever it was found: with torques many times too large the model
+foresees accelerations that never come, which it calls slips, and the monitor does not count slips."""
 
 
 def checked_findings(

@@ -1,4 +1,6 @@
-"""Skids at one place alone: other tyres, or a slippery patch of the ground there."""
+"""Why other tyres are no finding: skids at one place alone, a slippery patch of the ground there, and tyres
+of which nothing is known.
+"""
 
 import numpy as np
 
@@ -7,6 +9,20 @@ from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.evidence.significance import size_columns
 
 TYRES = "cornering_stiffness"
+
+
+def tyres_are_assumed(name: str, problem: Problem) -> str:
+    """Why another cornering stiffness is no finding of a calibrated robot whose own is not known; empty where
+    it is, or for another effect.
+    """
+    robot = problem.binned.log.robot
+    if name != TYRES or robot.skid_decay_mps2 is not None:
+        return ""
+    return (
+        "another cornering stiffness than the assumed one would explain how the robot skids, and the robot's "
+        "own is not known: give mass_kg and cornering_stiffness_over_epsilon, or mind where it skids: the "
+        "ground may be slippery there"
+    )
 
 
 def skids_at_one_place(name: str, problem: Problem, fit: Fit) -> str:

@@ -16,7 +16,7 @@ from wmr_replay.gap.result.against import with_curves, with_formula_curves
 from wmr_replay.gap.result.detectable import beyond_rests, minimum_detectable, unseen
 from wmr_replay.gap.result.effects import extended_model, found_effects
 from wmr_replay.gap.result.formulas import formulas_of, unseen_parity
-from wmr_replay.gap.result.in_doubt import in_doubt
+from wmr_replay.gap.result.in_doubt import in_doubt, within_the_base
 from wmr_replay.gap.result.locate import locate, marked, placed
 from wmr_replay.gap.result.metrics import gap_metric, with_slip_gaps
 from wmr_replay.gap.result.place_reach import crossed_once
@@ -56,6 +56,8 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
             verdict, notes = "not_enough_excitation", undecided
         elif doubt := in_doubt(problem, selection, model, options):
             verdict, notes = "not_enough_excitation", (doubt,)
+    elif verdict == "not_enough_excitation" and not selection.refused:
+        notes = (*filter(None, (within_the_base(problem, selection, model, options),)), *notes)
     sentence = sentence_of(verdict, effects, notes, options.gates.report)
     in_modes: tuple[str, ...] = ()
     if verdict in ("named", "ambiguous"):

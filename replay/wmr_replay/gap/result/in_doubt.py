@@ -40,13 +40,19 @@ def in_doubt(problem: Problem, selection: Selection, model: BaseModel, options: 
     the gap of held-out windows does not shrink. Else a disturbance that is many times what the base model
     leaves on its calibration log.
     """
-    if within := moving_most(problem, selection, model, options):
-        return WITHIN_THE_BASE.format(effect=in_words(within))
+    if within := within_the_base(problem, selection, model, options):
+        return within
     clear = (one for one in selection.dropped if predicts_clearly(one, problem.settings))
     unproven = max(clear, key=lambda one: one.gain, default=None)
     if unproven:
         return NO_NEARER.format(effect=in_words(unproven))
     return disturbed(selection, model, problem.settings)
+
+
+def within_the_base(problem: Problem, selection: Selection, model: BaseModel, options: GapOptions) -> str:
+    """The effect that moves the path most of those that the base model may leave; empty without one."""
+    most = moving_most(problem, selection, model, options)
+    return WITHIN_THE_BASE.format(effect=in_words(most)) if most else ""
 
 
 def disturbed(selection: Selection, model: BaseModel, settings: GateSettings) -> str:

@@ -4,7 +4,8 @@ A calibration log shows how much a robot is braked there. Where the points lie t
 resistance grows with the speed, one drive hardly shows: a skid plate is a dry friction of the wheels in
 ``stop-go``. So the resistance that the base model holds is known in size, not in form. On the drive of
 another log each other form is as large as the least squares of the held ones say. How much of a form is held
-is no doubt about that form.
+is no doubt about that form. Two dry frictions brake the way ahead alike, but for supports in turns, which
+push across.
 
 A drive that never reverses shows a friction as a bias of the torques: a held bias may be none on another log.
 
@@ -70,9 +71,10 @@ def forms_ahead(extension: Extension, speeds: Speeds, own: MisfitSettings) -> It
     """Those of the resistances ahead and of a bias; also as far as the calibration left a resistance open."""
     v, bias_nm = np.abs(speeds.ahead_mps), abs(held_size("torque_bias_common", extension))
     per_nm = 2 * extension.base.alpha
-    dragging = dragging_mps2(extension, speeds)
+    dragging, straight = dragging_mps2(extension, speeds)
     for name, power in POWERS.items():
-        others = held_mps2(extension, v, without=name) + open_mps2(extension, v, without=name) + dragging
+        others = held_mps2(extension, v, without=power) + open_mps2(extension, v, without=name)
+        others += dragging if power else straight - dragging
         others = np.minimum(others + per_nm * bias_nm, own.most_in_form_mps2)
         yield name, least_squares(v**power, others) / unit_mps2(name, extension)
     held = np.minimum(held_mps2(extension, v) + dragging, own.most_in_form_mps2)
@@ -109,19 +111,23 @@ def open_mps2(extension: Extension, speed_mps: F64, without: str) -> F64:
     return np.asarray(np.max(each, axis=0) if each else np.zeros_like(speed_mps))
 
 
-def held_mps2(extension: Extension, speed_mps: F64, without: str = "") -> F64:
-    """What the base model's resistances, but for one of them, brake at the speeds (n,), in m/s²."""
-    names = POWERS.keys() - {without}
+def held_mps2(extension: Extension, speed_mps: F64, without: int | None = None) -> F64:
+    """What the base model's resistances, but for those that grow with one power of the speed, brake at the
+    speeds (n,), in m/s².
+    """
+    names = {name for name, power in POWERS.items() if power != without}
     held = [(name, size_of(parameters)) for name, parameters in extension.known if name in names]
     each = (size * unit_mps2(name, extension) * speed_mps ** POWERS[name] for name, size in held)
     return np.asarray(sum(each, np.zeros_like(speed_mps)))
 
 
-def dragging_mps2(extension: Extension, speeds: Speeds) -> F64:
-    """What the base model's supports that drag take ahead at the speeds (n,), in m/s²."""
+def dragging_mps2(extension: Extension, speeds: Speeds) -> tuple[F64, float]:
+    """What the base model's supports that drag take ahead at the speeds (n,), and where it drives straight
+    on, in m/s².
+    """
     size = sum(sizes["p0_mps2"] for name, sizes in extension.known if name == SUPPORTS)
     v, w = speeds.ahead_mps, extension.base.half_track_m * speeds.yaw_rate_radps
-    return np.asarray(size * np.abs(v) / np.hypot(v, w))
+    return np.asarray(size * np.abs(v) / np.hypot(v, w)), size
 
 
 def size_of(parameters: Parameters) -> float:

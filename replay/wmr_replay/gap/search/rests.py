@@ -40,7 +40,7 @@ from wmr_schemas.terms import TermChannel, parse_term
 
 FORMULA_CHANNELS: tuple[TermChannel, ...] = ("longitudinal", "yaw")
 OF_THE_PLACE = ("slope",)
-"""Effects that belong to where a log was taken, not to the robot: fitted beside what is held, and left out."""
+"""Effects of where a log was taken, and not of the robot: fitted beside what is held, and left out."""
 
 
 def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
