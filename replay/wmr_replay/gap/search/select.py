@@ -9,6 +9,7 @@ from wmr_replay.gap.evidence.answer import beyond_answer
 from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres, too_calm_for
 from wmr_replay.gap.evidence.one_place import skids_at_one_place, tyres_are_assumed
 from wmr_replay.gap.evidence.significance import correlation, rows_that_show
+from wmr_replay.gap.evidence.sideways_arm import is_sideways_one_way
 from wmr_replay.gap.evidence.spread import may_be_nothing
 from wmr_replay.gap.model.candidates import BY_NAME, CONFOUNDED_FORMS, LOCAL, candidate_of
 from wmr_replay.gap.model.extension import Extension
@@ -222,8 +223,13 @@ def left_open(name: str, problem: Problem, fit: Fit) -> str:
     """Why the log cannot carry the verdict ``name``, an effect of the model ``fit``; empty where it can."""
     if calm := too_calm_for(name, problem, fit):
         return calm
-    if unknown := skids_at_one_place(name, problem, fit) or tyres_are_assumed(name, problem):
-        return unknown
+    for reason in (
+        skids_at_one_place(name, problem, fit),
+        tyres_are_assumed(name, problem),
+        is_sideways_one_way(name, problem, fit),
+    ):
+        if reason:
+            return reason
     if may_be_nothing(problem, fit, name):
         return (
             f"{name} would explain part of it, but its size may be 0: noise, contact modes, the tyres' creep "

@@ -1,0 +1,54 @@
+"""A centre of mass to one side is said beside the imbalance of torques that turns a robot as it does."""
+
+import numpy as np
+import pytest
+
+from wmr_replay.gap.model.base import base_of
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.result.look_alikes import sideways_mass_note
+from wmr_replay.gap.result.result import Estimate, FoundEffect
+from wmr_schemas.robot import RobotParameters
+
+MASS_KG, INERTIA_KGM2, L, R = 20.0, 1.6, 0.25, 0.1
+ROBOT = RobotParameters(
+    half_track_m=L,
+    wheel_radius_m=R,
+    mass_kg=MASS_KG,
+    yaw_inertia_kgm2=INERTIA_KGM2,
+    alpha=1 / (R * MASS_KG),
+    alpha_yaw=L**2 / (R * INERTIA_KGM2),
+)
+EXTENSION = Extension(base_of(ROBOT), wheel_radius_m=R)
+
+
+def named(name: str, ratio: float) -> FoundEffect:
+    return FoundEffect(name, "input", "", {"ratio": Estimate(ratio, (ratio, ratio), "1")}, (), (), 0.0, "")
+
+
+def turned_by_mass(offset_m: float, force_n: float) -> float:
+    """The yaw acceleration of a rigid body whose mass lies to the left, pushed ahead at both wheels alike:
+    Newton's and Euler's equations for the three unknowns, the tyres holding the axle sideways.
+    """
+    about_mass = INERTIA_KGM2 - MASS_KG * offset_m**2
+    # unknowns: dv/dt of the axle's middle, yaw acceleration, the tyres' side force
+    equations = [[MASS_KG, -MASS_KG * offset_m, 0.0], [0.0, about_mass, 0.0], [0.0, 0.0, 1.0]]
+    return float(np.linalg.solve(equations, [force_n, offset_m * force_n, 0.0])[1])
+
+
+@pytest.mark.parametrize(("ratio", "side"), [(0.08, "left"), (-0.08, "right")])
+def test_the_mass_that_is_said_turns_the_robot_as_the_imbalance(ratio, side):
+    (note,) = sideways_mass_note([named("torque_imbalance", ratio)], EXTENSION)
+    assert f"m to the {side} of the middle" in note
+    size_m = float(note.split(" m to the")[0].split()[-1])
+    offset_m = size_m if side == "left" else -size_m
+    both_nm = 3.0
+    by_torques = L / R * 2 * ratio * both_nm / INERTIA_KGM2
+    assert turned_by_mass(offset_m, 2 * both_nm / R) == pytest.approx(by_torques, rel=0.05)
+
+
+def test_no_mass_is_said_for_another_effect_nor_one_outside_of_the_wheels():
+    assert sideways_mass_note([named("drive_gain", 0.1)], EXTENSION) == ()
+    assert sideways_mass_note([named("torque_imbalance", 0.9)], EXTENSION) != ()
+    light = RobotParameters(half_track_m=L, alpha=0.5, alpha_yaw=1.5, mass_kg=1.0, yaw_inertia_kgm2=1.0)
+    narrow = Extension(base_of(light))
+    assert sideways_mass_note([named("torque_imbalance", 0.9)], narrow) == ()
