@@ -1,4 +1,4 @@
-"""A base model holds what the robot's drives do to every torque, and is not led by the ground it was driven on."""
+"""A base model holds what the robot's drives do to every torque, and nothing of the calibration's ground."""
 
 from dataclasses import replace
 

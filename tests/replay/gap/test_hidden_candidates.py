@@ -9,6 +9,7 @@ from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search import fit_candidates, modes_and_effects, select
+from wmr_replay.gap.search.eliminate import REST
 
 DRAG_PER_S = 0.1
 
@@ -59,9 +60,9 @@ def solution(problem, *, dropped, stage, found=()):
     return modes_and_effects.Solution(problem, selection, Extension(BASE))
 
 
-def candidate(name, p_value=0.0):
+def candidate(name, p_value=0.0, score=20.0, failed=""):
     """A fitted candidate, as far as it is looked at."""
-    return SimpleNamespace(name=name, p_value=p_value, score=20.0, failed="")
+    return SimpleNamespace(name=name, p_value=p_value, score=score, failed=failed)
 
 
 @pytest.mark.parametrize(
@@ -91,6 +92,18 @@ def test_behind_what_a_gate_refuses_something_else_is_looked_for(two, monkeypatc
     assert [effect.name for one in found for effect in one.selection.found] == names
     assert asked in ([], [("torque_saturation",)])
     assert modes_and_effects.without_dropped(solution(problem, dropped=(), stage=(second,)), Made()) == []
+
+
+@pytest.mark.parametrize(
+    ("failed", "score", "behind"),
+    [(REST, 300.0, True), (REST, 100.0, False), ("needless beside the others", 300.0, False)],
+)
+def test_less_of_what_the_base_may_leave_is_not_named_in_another_form(failed, score, behind):
+    damping = candidate("yaw_damping", score=score, failed=failed)
+    dropped = SimpleNamespace(dropped=(candidate("viscous_drag", failed="small"), damping))
+    scrub = SimpleNamespace(found=(candidate("scrub_torque", score=150.0),))
+    assert modes_and_effects.is_behind_a_rest(scrub, dropped) is behind
+    assert not modes_and_effects.is_behind_a_rest(scrub, SimpleNamespace(dropped=()))
 
 
 @pytest.mark.parametrize(

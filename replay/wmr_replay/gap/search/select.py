@@ -8,8 +8,8 @@ from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton, keys_o
 from wmr_replay.gap.evidence.answer import beyond_answer
 from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres, too_calm_for
 from wmr_replay.gap.evidence.one_place import skids_at_one_place, tyres_are_assumed
-from wmr_replay.gap.evidence.significance import correlation, rows_that_show
 from wmr_replay.gap.evidence.sideways_arm import is_sideways_one_way
+from wmr_replay.gap.evidence.significance import correlation, rows_that_show
 from wmr_replay.gap.evidence.spread import may_be_nothing
 from wmr_replay.gap.model.candidates import BY_NAME, CONFOUNDED_FORMS, LOCAL, candidate_of
 from wmr_replay.gap.model.extension import Extension
