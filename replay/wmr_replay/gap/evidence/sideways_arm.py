@@ -26,6 +26,6 @@ def is_sideways_one_way(name: str, problem: Problem, fit: Fit) -> str:
     if ahead_m > max(own.component_sd * sd, misfit.get(name, 0.0)) or not is_one_way(turned, own.one_way):
         return ""
     return (
-        f"{name} to one side would explain part of it, but on a drive that turns one way so would a robot that "
-        "brakes otherwise in turns than the base model says: turn the other way, too"
+        f"{name} to one side would explain part of it, but on a drive that turns one way so would a robot "
+        "that brakes otherwise in turns than the base model says: turn the other way, too"
     )

@@ -11,8 +11,8 @@ class SignificanceSettings:
     """Standard deviations from which on a component of an effect is shown. Statistics: the 95 % interval."""
 
     one_way: float = 0.05
-    """Share of the yaw rate's mean square up to which its rarer sign is no turn the other way. Judgement: laps
-    with a swerve; round a block with one turn against three it is .3."""
+    """Share of the yaw rate's mean square up to which its rarer sign is no turn the other way. Judgement:
+    laps with a swerve; round a block with one turn against three it is .3."""
 
     level: float = 0.01
     """Level of significance, after the correction for everything scanned, and of the placebo test.
