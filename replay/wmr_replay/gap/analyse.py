@@ -24,7 +24,14 @@ from wmr_replay.gap.scan.misfit import misfit_of, with_parameters
 from wmr_replay.gap.scan.other_forms import with_other_forms
 from wmr_replay.gap.scan.turning_in_doubt import with_turning_in_doubt
 from wmr_replay.gap.search.modes_and_effects import Progress, find_effects
-from wmr_replay.gap.search.rests import describes_rests, leaving_more, likelier, with_rests, without_formula
+from wmr_replay.gap.search.rests import (
+    describes_rests,
+    is_behind_a_rest,
+    leaving_more,
+    likelier,
+    with_rests,
+    without_formula,
+)
 from wmr_replay.gap.search.seen_slipping import slipping_left, with_seen_slipping
 from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.settings import GateSettings
@@ -73,13 +80,14 @@ def with_or_without_formula(
     """The selection with a formula, where one describes more than what the base model leaves on its own
     calibration log.
     """
-    calibrated = bool(model.misfit)
+    calibrated, named = bool(model.misfit), bool(selection.found)
     leaving = leaving_more(selection, model.noise, options.gates.misfit)
     if calibrated and not leaving:
         return problem, without_formula(selection)
     part, said = with_formula(log, problem, selection, extension, options)
     said = held_back(part, said)
-    if calibrated and describes_rests(said, leaving):
+    in_its_place = not named and is_behind_a_rest(said, selection)
+    if calibrated and (in_its_place or describes_rests(said, leaving)):
         return problem, without_formula(selection)
     return part, said
 

@@ -10,6 +10,7 @@ from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search import fit_candidates, modes_and_effects, select
 from wmr_replay.gap.search.eliminate import REST
+from wmr_replay.gap.search.rests import is_behind_a_rest
 
 DRAG_PER_S = 0.1
 
@@ -102,8 +103,8 @@ def test_less_of_what_the_base_may_leave_is_not_named_in_another_form(failed, sc
     damping = candidate("yaw_damping", score=score, failed=failed)
     dropped = SimpleNamespace(dropped=(candidate("viscous_drag", failed="small"), damping))
     scrub = SimpleNamespace(found=(candidate("scrub_torque", score=150.0),))
-    assert modes_and_effects.is_behind_a_rest(scrub, dropped) is behind
-    assert not modes_and_effects.is_behind_a_rest(scrub, SimpleNamespace(dropped=()))
+    assert is_behind_a_rest(scrub, dropped) is behind
+    assert not is_behind_a_rest(scrub, SimpleNamespace(dropped=()))
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,6 @@ from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.work import Work, begin_work, n_bins, work_on
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.begun import Begun, beginning_of, begun_with
-from wmr_replay.gap.search.eliminate import REST
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, price_of
 from wmr_replay.gap.search.labellings import Labelling, less_slip
 from wmr_replay.gap.search.preliminary import (
@@ -33,6 +32,7 @@ from wmr_replay.gap.search.preliminary import (
     part_of_interest,
     preliminary_models,
 )
+from wmr_replay.gap.search.rests import is_behind_a_rest
 from wmr_replay.gap.search.select import Selection, confirm, select
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_test import missed_slipping
@@ -271,14 +271,6 @@ def without_dropped(solution: Solution, selections: Selections) -> list[Solution
     again = solution._replace(selection=selection)
     found = again.holds and is_lasting(selection) and not is_behind_a_rest(selection, solution.selection)
     return [again] if found else []
-
-
-def is_behind_a_rest(found: Selection, dropped: Selection) -> bool:
-    """Whether an effect that the base model may leave, and that was dropped for it, explains more than what
-    is found without it: one cause in another form.
-    """
-    most = max((one.score for one in dropped.dropped if one.failed == REST), default=-np.inf)
-    return bool(most > found.found[0].score)
 
 
 def hiding(said: Selection) -> tuple[str, ...]:

@@ -31,6 +31,7 @@ from wmr_replay.gap.scan.misfit import (
     size_of,
     turning_is_unknown,
 )
+from wmr_replay.gap.search.eliminate import REST
 from wmr_replay.gap.search.select import Selection, forward_selection
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.arrays import F64
@@ -172,6 +173,14 @@ def describes_rests(selection: Selection, leaving: Set[TermChannel]) -> bool:
     if not names or not all(name.startswith(UNNAMED_PREFIX) for name in names):
         return False
     return not leaving >= {parse_term(name).channel for name in names}
+
+
+def is_behind_a_rest(found: Selection, before: Selection) -> bool:
+    """Whether an effect that was dropped ``before``, since the base model may leave as much, explains more
+    than what is found without it: one cause in another form.
+    """
+    most = max((one.score for one in before.dropped if one.failed == REST), default=-np.inf)
+    return bool(found.found and most > found.found[0].score)
 
 
 def may_be_held(name: str) -> bool:
