@@ -17,8 +17,8 @@ from wmr_replay.gap.result.detectable import beyond_rests, minimum_detectable, u
 from wmr_replay.gap.result.effects import extended_model, found_effects
 from wmr_replay.gap.result.formulas import formulas_of, unseen_parity
 from wmr_replay.gap.result.in_doubt import in_doubt, within_the_base
+from wmr_replay.gap.result.in_other_words import in_other_words
 from wmr_replay.gap.result.locate import locate, marked, placed
-from wmr_replay.gap.result.look_alikes import sideways_mass_note
 from wmr_replay.gap.result.metrics import gap_metric, with_slip_gaps
 from wmr_replay.gap.result.place_reach import crossed_once
 from wmr_replay.gap.result.result import CandidateScore, GapResult, Where
@@ -63,7 +63,7 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
     in_modes: tuple[str, ...] = ()
     if verdict in ("named", "ambiguous"):
         notes = (*notes, *crossed_once(binned, fit), *less_than_slipping_note(selection))
-        notes = (*notes, *sideways_mass_note(effects, base.extension))
+        notes = (*notes, *in_other_words(effects, base.extension))
     if verdict in ("nothing_missing", "not_enough_excitation"):
         in_modes = (*slipping_note(problem), *skidding_note(problem, detectable))
     trained = windows_within(problem, problem.fold(0).train)

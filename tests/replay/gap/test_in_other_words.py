@@ -1,11 +1,11 @@
-"""A centre of mass to one side is said beside the imbalance of torques that turns a robot as it does."""
+"""What named effects mean together, or what acts as they do: one side's torques, a centre of mass to a side."""
 
 import numpy as np
 import pytest
 
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.result.look_alikes import sideways_mass_note
+from wmr_replay.gap.result.in_other_words import one_side, sideways_mass
 from wmr_replay.gap.result.result import Estimate, FoundEffect
 from wmr_schemas.robot import RobotParameters
 
@@ -37,7 +37,7 @@ def turned_by_mass(offset_m: float, force_n: float) -> float:
 
 @pytest.mark.parametrize(("ratio", "side"), [(0.08, "left"), (-0.08, "right")])
 def test_the_mass_that_is_said_turns_the_robot_as_the_imbalance(ratio, side):
-    (note,) = sideways_mass_note([named("torque_imbalance", ratio)], EXTENSION)
+    (note,) = sideways_mass([named("torque_imbalance", ratio)], EXTENSION)
     assert f"m to the {side} of the middle" in note
     size_m = float(note.split(" m to the")[0].split()[-1])
     offset_m = size_m if side == "left" else -size_m
@@ -47,8 +47,42 @@ def test_the_mass_that_is_said_turns_the_robot_as_the_imbalance(ratio, side):
 
 
 def test_no_mass_is_said_for_another_effect_nor_one_outside_of_the_wheels():
-    assert sideways_mass_note([named("drive_gain", 0.1)], EXTENSION) == ()
-    assert sideways_mass_note([named("torque_imbalance", 0.9)], EXTENSION) != ()
+    assert not list(sideways_mass([named("drive_gain", 0.1)], EXTENSION))
+    assert list(sideways_mass([named("torque_imbalance", 0.9)], EXTENSION))
     light = RobotParameters(half_track_m=L, alpha=0.5, alpha_yaw=1.5, mass_kg=1.0, yaw_inertia_kgm2=1.0)
     narrow = Extension(base_of(light))
-    assert sideways_mass_note([named("torque_imbalance", 0.9)], narrow) == ()
+    assert not list(sideways_mass([named("torque_imbalance", 0.9)], narrow))
+
+
+def sized(name: str, key: str, value: float, sd: float = 0.003) -> FoundEffect:
+    interval = (value - 2 * sd, value + 2 * sd)
+    return FoundEffect(name, "input", "", {key: Estimate(value, interval, "")}, (), (), 0.0, "")
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "said"),
+    [
+        (1.0, 0.85, "the right side alone: -15.0% of its torque"),
+        (1.2, 1.0, "the left side alone: +20.0% of its torque"),
+        (1.1, 0.9, ""),
+        (0.95, 0.85, ""),
+    ],
+)
+def test_a_gain_and_an_imbalance_may_be_one_side_alone(left, right, said):
+    gain, ratio = (left + right) / 2, (right - left) / (right + left)
+    effects = [sized("drive_gain", "ratio", gain - 1), sized("torque_imbalance", "ratio", ratio)]
+    assert "".join(one_side(effects)).endswith(said)
+    assert bool(list(one_side(effects))) is bool(said)
+    assert not list(one_side(effects[:1]))
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "said"), [(0.7, 0.0, "the left side alone: +0.7 N·m"), (0.3, 0.5, "")]
+)
+def test_two_biases_may_be_one_side_alone(left, right, said):
+    effects = [
+        sized("torque_bias_common", "bias_nm", (left + right) / 2),
+        sized("torque_bias_differential", "bias_nm", (right - left) / 2),
+    ]
+    assert "".join(one_side(effects)).endswith(said)
+    assert bool(list(one_side(effects))) is bool(said)
