@@ -19,10 +19,6 @@ noise, more may be a reversal.
 """
 LONGEST = 2
 """Cells of the longest chord: 1 s, a turn of less than half a circle up to 3 rad/s."""
-LEAST_RADIUS_M = 0.15
-"""The path bends no more tightly than this where it is compared. A pose beside the axle goes round a cusp
-where the robot reverses while it turns, and the path's direction then turns against the yaw.
-"""
 COURSE_SD_RAD = 0.05
 """The path's direction is known as well as this: a third of the least turn."""
 
@@ -66,9 +62,7 @@ def chord_factors(cells: F64, k: int) -> tuple[F64, F64, F64]:
     clear = length**2 * COURSE_SD_RAD**2 > variance[k:] + variance[:-k]
     course = np.where(clear, np.arctan2(steps[1], steps[0]), np.nan)
     turned = np.remainder(course[k:] - course[:-k] + np.pi, 2 * np.pi) - np.pi
-    wide = np.minimum(length[:-k], length[k:]) > LEAST_RADIUS_M * np.abs(turned)
-    bends = (np.abs(turned) > LEAST_TURN_RAD) & (np.abs(turned) < MOST_TURN_RAD)
-    path = np.where(bends & wide, turned, np.nan)
+    path = np.where((np.abs(turned) > LEAST_TURN_RAD) & (np.abs(turned) < MOST_TURN_RAD), turned, np.nan)
     yaw = yaw_rad[k:] + yaw_rad[:-k] if k % 2 else 2 * yaw_rad[k // 2 : -(k // 2)]
     time_s = (t_s[k:] - t_s[:-k])[k:]
     speed = np.where(clear, length, np.nan)[k:] / time_s

@@ -1,4 +1,4 @@
-"""What named effects mean together, or what acts as they do: one side's torques, a centre of mass to a side."""
+"""What named effects mean together, or what acts alike: one side's torques, a centre of mass to a side."""
 
 import numpy as np
 import pytest
