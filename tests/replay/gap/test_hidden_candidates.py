@@ -11,6 +11,7 @@ from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search import fit_candidates, modes_and_effects, select
 from wmr_replay.gap.search.eliminate import REST
 from wmr_replay.gap.search.rests import is_behind_a_rest
+from wmr_replay.gap.settings import GateSettings
 
 DRAG_PER_S = 0.1
 
@@ -97,12 +98,13 @@ def test_behind_what_a_gate_refuses_something_else_is_looked_for(two, monkeypatc
 
 @pytest.mark.parametrize(
     ("failed", "score", "behind"),
-    [(REST, 300.0, True), (REST, 100.0, False), ("needless beside the others", 300.0, False)],
+    [(REST, 310.0, True), (REST, 290.0, False), ("needless beside the others", 310.0, False)],
 )
 def test_less_of_what_the_base_may_leave_is_not_named_in_another_form(failed, score, behind):
     damping = candidate("yaw_damping", score=score, failed=failed)
     dropped = SimpleNamespace(dropped=(candidate("viscous_drag", failed="small"), damping))
-    scrub = SimpleNamespace(found=(candidate("scrub_torque", score=150.0),))
+    settings = SimpleNamespace(problem=SimpleNamespace(settings=GateSettings()))
+    scrub = SimpleNamespace(found=(candidate("scrub_torque", score=150.0),), fit=settings)
     assert is_behind_a_rest(scrub, dropped) is behind
     assert not is_behind_a_rest(scrub, SimpleNamespace(dropped=()))
 

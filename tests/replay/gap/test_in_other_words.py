@@ -7,8 +7,10 @@ from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.in_other_words import one_side, sideways_mass
 from wmr_replay.gap.result.result import Estimate, FoundEffect
+from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.robot import RobotParameters
 
+OWN = GateSettings().report
 MASS_KG, INERTIA_KGM2, L, R = 20.0, 1.6, 0.25, 0.1
 ROBOT = RobotParameters(
     half_track_m=L,
@@ -71,9 +73,9 @@ def sized(name: str, key: str, value: float, sd: float = 0.003) -> FoundEffect:
 def test_a_gain_and_an_imbalance_may_be_one_side_alone(left, right, said):
     gain, ratio = (left + right) / 2, (right - left) / (right + left)
     effects = [sized("drive_gain", "ratio", gain - 1), sized("torque_imbalance", "ratio", ratio)]
-    assert "".join(one_side(effects)).endswith(said)
-    assert bool(list(one_side(effects))) is bool(said)
-    assert not list(one_side(effects[:1]))
+    assert "".join(one_side(effects, OWN)).endswith(said)
+    assert bool(list(one_side(effects, OWN))) is bool(said)
+    assert not list(one_side(effects[:1], OWN))
 
 
 @pytest.mark.parametrize(
@@ -84,5 +86,5 @@ def test_two_biases_may_be_one_side_alone(left, right, said):
         sized("torque_bias_common", "bias_nm", (left + right) / 2),
         sized("torque_bias_differential", "bias_nm", (right - left) / 2),
     ]
-    assert "".join(one_side(effects)).endswith(said)
-    assert bool(list(one_side(effects))) is bool(said)
+    assert "".join(one_side(effects, OWN)).endswith(said)
+    assert bool(list(one_side(effects, OWN))) is bool(said)

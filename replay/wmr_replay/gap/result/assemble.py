@@ -63,7 +63,7 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
     in_modes: tuple[str, ...] = ()
     if verdict in ("named", "ambiguous"):
         notes = (*notes, *crossed_once(binned, fit), *less_than_slipping_note(selection))
-        notes = (*notes, *in_other_words(effects, base.extension))
+        notes = (*notes, *in_other_words(effects, base.extension, options.gates.report))
     if verdict in ("nothing_missing", "not_enough_excitation"):
         in_modes = (*slipping_note(problem), *skidding_note(problem, detectable))
     trained = windows_within(problem, problem.fold(0).train)

@@ -5,19 +5,19 @@ from collections.abc import Iterator, Sequence
 
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.result import FoundEffect
+from wmr_replay.gap.settings.result import ReportSettings
 
 IMBALANCE = "torque_imbalance"
-ONE_SIDED = 0.2
-"""A side that differs by less than this share of what the other one does is as stated. Presentation."""
-SIDES = (("left", -1.0), ("right", 1.0))
 
 
-def in_other_words(effects: Sequence[FoundEffect], extension: Extension) -> tuple[str, ...]:
+def in_other_words(
+    effects: Sequence[FoundEffect], extension: Extension, own: ReportSettings
+) -> tuple[str, ...]:
     """One side's torques alone, and a centre of mass to one side, where the effects may be these."""
-    return (*one_side(effects), *sideways_mass(effects, extension))
+    return (*one_side(effects, own), *sideways_mass(effects, extension))
 
 
-def one_side(effects: Sequence[FoundEffect]) -> Iterator[str]:
+def one_side(effects: Sequence[FoundEffect], own: ReportSettings) -> Iterator[str]:
     """Says which side's torques alone are larger or smaller, or have a bias, where the other's may be as
     stated: a gain of both and an imbalance, or a bias of both and one between them.
     """
@@ -30,10 +30,10 @@ def one_side(effects: Sequence[FoundEffect]) -> Iterator[str]:
             continue
         sizes = found[both][key], found[apart][key]
         sd = math.hypot(*(one.ci95[1] - one.ci95[0] for one in sizes)) / 2
-        product = math.prod(one.value for one in sizes) if key == "ratio" else 0.0
-        change = {side: sizes[0].value + sign * (sizes[1].value + product) for side, sign in SIDES}
+        whole = sizes[1].value * (1 + sizes[0].value if key == "ratio" else 1)
+        change = {"left": sizes[0].value - whole, "right": sizes[0].value + whole}
         for side, other in (("left", "right"), ("right", "left")):
-            if abs(change[other]) <= max(sd, ONE_SIDED * abs(change[side])) and sd < abs(change[side]):
+            if abs(change[other]) <= max(sd, own.one_sided * abs(change[side])) and sd < abs(change[side]):
                 yield f"{both} and {apart} together are the {side} side alone: {text.format(change[side])}"
 
 

@@ -176,11 +176,14 @@ def describes_rests(selection: Selection, leaving: Set[TermChannel]) -> bool:
 
 
 def is_behind_a_rest(found: Selection, before: Selection) -> bool:
-    """Whether an effect that was dropped ``before``, since the base model may leave as much, explains more
-    than what is found without it: one cause in another form.
+    """Whether an effect that was dropped ``before``, since the base model may leave as much, explains far
+    more than what is found without it: a part of one cause in another form.
     """
-    most = max((one.score for one in before.dropped if one.failed == REST), default=-np.inf)
-    return bool(found.found and most > found.found[0].score)
+    rests = [one.score for one in before.dropped if one.failed == REST]
+    if not rests or not found.found:
+        return False
+    share = found.fit.problem.settings.selection.share_of_rest
+    return found.found[0].score < share * max(rests)
 
 
 def may_be_held(name: str) -> bool:

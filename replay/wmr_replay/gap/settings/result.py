@@ -72,6 +72,9 @@ class ReportSettings:
     """Share of a speed's mean square up to which its rarer sign is not seen. Judgement: a robot that rocks
     back a little where it stops does not reverse."""
 
+    one_sided: float = 0.2
+    """A side that differs by less than this share of what the other one does is as stated. Presentation."""
+
     sentence_intervals: int = 2
     """Most terms of a formula that the sentence says with intervals. Presentation: a line and a half."""
 

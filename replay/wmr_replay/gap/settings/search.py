@@ -53,6 +53,10 @@ class SelectionSettings:
     correlated: float = 0.25
     """R² from which an effect counts as correlated with those found before. Patrol benchmark."""
 
+    share_of_rest: float = 0.5
+    """Share of what an effect that the base model may leave explains, below which another one found without
+    it is a part of it in another form. Judgement: what explains about as much may be the cause itself."""
+
     remainder_share: float = 0.15
     """Share of a found effect's gain that the wrong form of it may leave for a correlated one. Patrol
     benchmark, in which effects are hidden in other forms than their candidates."""
