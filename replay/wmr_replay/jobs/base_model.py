@@ -1,15 +1,20 @@
 """A model file as the base of another log's analysis: effects at a time of its own log are left out."""
 
+import math
 from dataclasses import replace
 
+from wmr_replay.ingest import LogPath
 from wmr_schemas.effects import EFFECTS, UNNAMED_PREFIX
-from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.errors import InvalidSetting, LogUnusable
 from wmr_schemas.model_file import Model
+from wmr_schemas.robot import RobotParameters
 from wmr_schemas.slip_terms import is_slip_term
 from wmr_schemas.terms import parse_term
 
 TIMED = tuple(name for name, effect in EFFECTS.items() if effect.extent == "time")
 """Effects at a time of the log that they were found in."""
+OTHER_ROBOT = math.log(1.25)
+"""Logarithm of the factor between two lengths of one robot that tyres and data sheets leave open."""
 
 
 def base_for(base: Model | None, log_sha256: str) -> tuple[Model | None, tuple[str, ...]]:
@@ -32,6 +37,22 @@ def base_for(base: Model | None, log_sha256: str) -> tuple[Model | None, tuple[s
     kept = tuple(effect for effect in base.effects if effect.name not in left_out)
     notes = (f"{name} of the model belongs to the time of another log and is left out" for name in left_out)
     return replace(base, effects=kept), tuple(notes)
+
+
+def check_same_robot(path: LogPath, stated: RobotParameters, base: Model | None) -> None:
+    """Raises LogUnusable where the log, or its map, states a length of the robot that is far from the
+    model's: of another robot's model every answer would be wrong.
+    """
+    if base is None:
+        return
+    for key in ("half_track_m", "wheel_radius_m"):
+        own, other = getattr(stated, key), getattr(base.robot, key)
+        if own is not None and other is not None and abs(math.log(own / other)) > OTHER_ROBOT:
+            raise LogUnusable(
+                path,
+                f"{key} is {own:g} here, and {other:g} in the model: it is the model of another robot",
+                "Take the model of this robot (`wmr-replay fit`), or give its lengths in [robot] of --map.",
+            )
 
 
 def is_timed(name: str) -> bool:

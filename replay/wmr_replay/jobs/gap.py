@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import polars as pl
 
 from wmr_replay.gap import GapOptions, GapResult, analyse, calibrate
@@ -14,7 +15,7 @@ from wmr_replay.gap.scan.turning_in_doubt import doubts
 from wmr_replay.gap.search.rests import that_matter
 from wmr_replay.ingest import Between, LogPath
 from wmr_replay.ingest.tracks import Progress, WholeLog, read_whole
-from wmr_replay.jobs.base_model import base_for
+from wmr_replay.jobs.base_model import base_for, check_same_robot
 from wmr_replay.jobs.data_quality import TORQUE_FACTOR, checked_findings
 from wmr_replay.jobs.gap_document import document_of
 from wmr_replay.jobs.gap_traces import traces_frame
@@ -42,6 +43,9 @@ TRY_KNOWN = (
     "robot.toml, with --map robot.toml."
 )
 
+RAN_AWAY = (
+    "the simulated motion runs away from this log: it has hardly a thing in common with the model's robot"
+)
 HELD = (
     "{name} acts on this log by as much as matters: the base model holds it, and `gap` with this model names "
     "only what another log shows beyond it"
@@ -103,6 +107,7 @@ def analyse_log(  # noqa: PLR0913 – keyword arguments
         clock_offset_s=clock_offset_s,
     )
     asked = {"clock_offset_s": clock_offset_s, "given": request_texts(mapping, between, base)}
+    check_same_robot(path, whole.log.robot, base)
     base, notes = base_for(base, whole.sha256)
     findings = checked_findings(path, whole, robot_of(whole.log, base), TORQUE_FACTOR)
     whole = with_measured_poses(whole)
@@ -201,13 +206,15 @@ def write_model(run: FitRun, out: Path) -> Path:
 
 @contextmanager
 def errors_naming(path: LogPath, advice: str = TRY_LONGER) -> Iterator[None]:
-    """Turn an InvalidSignal of the analysis into a LogUnusable that names the log."""
+    """Turn an InvalidSignal of the analysis, or numbers that run away, into a LogUnusable with the log."""
     try:
         yield
     except InvalidSignal as error:
         if error.signal == "robot":
             advice = TRY_KNOWN
         raise LogUnusable(path, str(error), advice.format(path=path)) from error
+    except np.linalg.LinAlgError as error:
+        raise LogUnusable(path, RAN_AWAY, advice.format(path=path)) from error
 
 
 def finished(result: GapResult, whole: WholeLog, mode_topic: str | None, command: str) -> GapResult:

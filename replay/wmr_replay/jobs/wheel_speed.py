@@ -12,7 +12,7 @@ from wmr_replay.gap.wheel_speed.calibrate import calibrate_wheel_speeds
 from wmr_replay.ingest import Between, LogPath
 from wmr_replay.ingest.channels.detect import WANTED
 from wmr_replay.ingest.tracks import Need, Progress, WholeLog, check_class, read_whole
-from wmr_replay.jobs.base_model import base_for
+from wmr_replay.jobs.base_model import base_for, check_same_robot
 from wmr_replay.jobs.data_quality import checked_findings
 from wmr_replay.jobs.gap import FitRun, GapRun, errors_naming, robot_of
 from wmr_replay.jobs.gap_document import document_of
@@ -80,6 +80,7 @@ def read_all(
     wholes, findings, notes = list[WholeLog](), list[Finding](), list[str]()
     for path in paths:
         whole = request.read(path, progress)
+        check_same_robot(path, whole.log.robot, base)
         found = checked_findings(path, whole, robot_of(whole.log, base))
         check_class(path, found)
         wholes.append(with_measured_poses(whole))
