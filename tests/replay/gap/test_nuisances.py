@@ -32,6 +32,7 @@ def gates(monkeypatch):
     monkeypatch.setattr(SELECT, "fit_without", lambda problem, base, current, name: f"{current} − {name}")
     calm = {"torque_deadzone": "only answers the disturbance"}
     monkeypatch.setattr(SELECT, "too_calm_for", lambda name, problem, fit: calm.get(name, ""))
+    monkeypatch.setattr(SELECT, "is_sideways_one_way", lambda name, problem, fit: "")
     monkeypatch.setattr(SELECT, "may_be_nothing", lambda problem, fit, name: name == "pose_lever_arm")
 
 

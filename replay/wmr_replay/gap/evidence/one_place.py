@@ -15,8 +15,7 @@ def tyres_are_assumed(name: str, problem: Problem) -> str:
     """Why another cornering stiffness is no finding of a calibrated robot whose own is not known; empty where
     it is, or for another effect.
     """
-    robot = problem.binned.log.robot
-    if name != TYRES or robot.skid_decay_mps2 is not None:
+    if name != TYRES or problem.binned.log.robot.skid_decay_mps2 is not None:
         return ""
     return (
         "another cornering stiffness than the assumed one would explain how the robot skids, and the robot's "

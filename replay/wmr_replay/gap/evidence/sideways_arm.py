@@ -17,9 +17,9 @@ def is_sideways_one_way(name: str, problem: Problem, fit: Fit) -> str:
     does a robot that turns brake more, or less, than a calibrated base model says. Ahead of the robot there
     is no such likeness.
     """
-    own, misfit = problem.settings.significance, fit.extension.misfit
-    if name != LEVER_ARM or not misfit:
+    if name != LEVER_ARM or not fit.extension.misfit:
         return ""
+    own, misfit = problem.settings.significance, fit.extension.misfit
     sd = np.sqrt(np.diag(robust_covariance(problem, fit)[0]))[fit.keys.index((name, "x_m"))]
     ahead_m = abs(fit.extension.effects[name]["x_m"])
     turned = columns_of(problem.binned)["yaw_rate"]

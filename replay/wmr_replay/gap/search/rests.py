@@ -7,6 +7,7 @@ as it is; a finding is what another log shows beyond it.
 
 from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import replace
+from itertools import takewhile
 
 import numpy as np
 
@@ -46,7 +47,7 @@ OF_THE_PLACE = ("slope",)
 
 def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     """The calibration with the lasting effects that its log shows beyond the parameters: the likelier of a
-    few and of more. Unchanged where the log shows an effect that does not always act.
+    few and of more. What is found behind an effect that does not always act is left out.
     """
     settings = calibration.problem.settings
     settings = replace(settings, scan=replace(settings.scan, held_too=True))
@@ -74,8 +75,9 @@ def holding_found(calibration: Calibration, selection: Selection) -> Calibration
     that this finds: what an arm of the centre of mass does depends on the inertia.
     """
     model, problem = calibration.model, calibration.problem
-    effects = joined(calibration.holding.known, selection.fit.extension.effects)
-    if not effects or not all(may_be_held(name) or name in OF_THE_PLACE for name in effects):
+    shown = selection.fit.extension.only(lasting(selection)).effects
+    effects = joined(calibration.holding.known, shown)
+    if not effects:
         return calibration
     rests = {name: dict(size) for name, size in effects.items() if name not in IN_PARAMETERS}
     noise, robot = selection.fit.noise, model.robot
@@ -92,6 +94,14 @@ def holding_found(calibration: Calibration, selection: Selection) -> Calibration
     known = noise_model(problem.binned, beside.noise)
     model = replace(model, robot=changed, robot_sd=sd, noise=known, effects=held)
     return calibration._replace(model=model, fit=beside, start=robot)
+
+
+def lasting(selection: Selection) -> list[str]:
+    """The effects found, in order, up to the first one that does not always act: behind a slip, or tyres that
+    skid, nothing is taken from the log.
+    """
+    names = (one.name for one in selection.found)
+    return list(takewhile(lambda name: may_be_held(name) or name in OF_THE_PLACE, names))
 
 
 def likelier(calibrations: Sequence[Calibration]) -> Calibration:
