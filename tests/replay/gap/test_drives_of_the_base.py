@@ -1,11 +1,12 @@
 """A base model holds what the robot's drives do to every torque, and nothing of the calibration's ground."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
 from wmr_replay.gap import GapOptions, analyse, calibrate
-from wmr_replay.gap.search.rests import may_be_held
+from wmr_replay.gap.search.rests import lasting, may_be_held
 from wmr_schemas.robot import RobotParameters
 from wmr_synth import hidden_log
 
@@ -66,3 +67,16 @@ def test_a_tilted_floor_is_no_part_of_the_robot_and_hides_none_of_it():
 )
 def test_what_always_acts_on_a_robot_belongs_to_it(name, held):
     assert may_be_held(name) is held
+
+
+@pytest.mark.parametrize(
+    ("found", "taken"),
+    [
+        (("support_friction", "slope", "slip_interval", "com_offset"), ["support_friction", "slope"]),
+        (("unnamed:yaw:v", "input_delay"), ["unnamed:yaw:v", "input_delay"]),
+        (("undeclared_skid", "com_offset"), []),
+        ((), []),
+    ],
+)
+def test_nothing_is_taken_from_a_log_behind_a_slip(found, taken):
+    assert lasting(SimpleNamespace(found=[SimpleNamespace(name=name) for name in found])) == taken

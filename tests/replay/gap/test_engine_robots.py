@@ -128,7 +128,7 @@ def test_an_arm_of_the_centre_of_mass_is_as_long_as_the_engine_has_it(engine):
         ("lugger", "mocap", 5_000_001, 0.07),
         ("chair", "mocap", 5_000_001, 0.07),
         ("mule", "rtk", 5_000_000, 0.07),  # as a column beside a model without it, swivels are hardly seen
-        ("mopper", "rtk", 5_000_000, 0.15),  # pads
+        ("mopper", "rtk", 5_000_000, 0.07),  # pads
     ],
 )
 def test_alpha_yaw_is_the_engines_where_casters_turn_hard_and_pads_drag(engine, name, noise, seed, off):
