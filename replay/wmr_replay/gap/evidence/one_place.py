@@ -12,7 +12,7 @@ TYRES = "cornering_stiffness"
 
 
 def tyres_are_assumed(name: str, problem: Problem) -> str:
-    """Why another cornering stiffness is no finding of a robot whose own is not known, but assumed; empty where
+    """Why another cornering stiffness is no finding of a robot whose own is assumed, not known; empty where
     it is, or for another effect.
     """
     if name != TYRES or problem.binned.log.robot.skid_decay_mps2 is not None:
