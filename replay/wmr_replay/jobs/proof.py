@@ -9,6 +9,7 @@ from wmr_replay.gap.result.elsewhere import Elsewhere, elsewhere
 from wmr_replay.gap.wheel_speed.elsewhere import elsewhere_on_wheels
 from wmr_replay.ingest import Between, LogPath
 from wmr_replay.ingest.tracks import Progress, WholeLog, read_whole
+from wmr_replay.jobs.base_model import check_same_robot
 from wmr_replay.jobs.data_quality import checked_findings
 from wmr_replay.jobs.gap import TRY_LONGER, GapRun, errors_naming, robot_of
 from wmr_replay.jobs.gap_document import plain
@@ -47,6 +48,7 @@ def proven(run: GapRun, wanted: Wanted) -> GapRun:
     """The analysis with its proof on another log. Raises LogUnusable."""
     on_wheels = run.result.base_model == "wheel_speed"
     whole = wanted.whole(on_wheels=on_wheels)
+    check_same_robot(wanted.path, whole.log.robot, run.result.model)
     checked_findings(wanted.path, whole, robot_of(whole.log, run.base))
     whole = with_measured_poses(whole)
     with errors_naming(wanted.path, TRY_LONGER):

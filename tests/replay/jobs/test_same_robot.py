@@ -1,5 +1,6 @@
 """A model of another robot is refused, and numbers that run away are an error with the log's name."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -57,6 +58,13 @@ def log(tmp_path: Path) -> Path:
 def test_a_model_of_another_robot_is_refused_before_the_analysis(log: Path, base: str) -> None:
     with pytest.raises(LogUnusable, match=r"half_track_m is \S+ here, and 0.05 in the model"):
         gap(log, model=model(half_track_m=0.05, wheel_radius_m=0.1, alpha=0.3), base=base)
+
+
+def test_a_model_is_not_proven_on_a_log_of_another_robot(log: Path, monkeypatch, made_up_gap) -> None:
+    result = replace(made_up_gap.gap_result(), model=model(half_track_m=0.05))
+    monkeypatch.setattr(gap_jobs, "analyse", lambda *_: result)
+    with pytest.raises(LogUnusable, match=r"half_track_m is \S+ here, and 0.05 in the model"):
+        gap(log, prove_on=log)
 
 
 def test_numbers_that_run_away_are_no_internal_error(log: Path, monkeypatch) -> None:
