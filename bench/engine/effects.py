@@ -16,6 +16,7 @@ from wmr_schemas.arrays import F64
 Rng = np.random.Generator
 Sizes = dict[str, float]
 SIDES = (("left", -1.0), ("right", 1.0))
+FILTERS = (mujoco.mjtDyn.mjDYN_FILTER, mujoco.mjtDyn.mjDYN_FILTEREXACT)
 PATCH_TOP_M = 0.0005
 """A sheet on the ground: lower than what a tyre of the engine gives way."""
 
@@ -221,11 +222,12 @@ def bias_differential(world: World) -> Hidden:
 
 
 def activation(world: World) -> Hidden:
-    """First-order activation dynamics of both motors."""
+    """First-order activation dynamics of both motors, on top of a lag of the robot's own."""
     time_s = world.size(0.04, 0.25)
     for actuator in world.spec.actuators:
+        own_s = float(actuator.dynprm[0]) if actuator.dyntype in FILTERS else 0.0
         actuator.dyntype = mujoco.mjtDyn.mjDYN_FILTEREXACT
-        actuator.dynprm = [time_s, *[0.0] * (len(actuator.dynprm) - 1)]
+        actuator.dynprm = [own_s + time_s, *[0.0] * (len(actuator.dynprm) - 1)]
     return Hidden(world.spec, {"time_constant_s": time_s})
 
 

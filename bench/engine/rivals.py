@@ -26,6 +26,7 @@ RIVALS = {
     "yaw_inertia": "yaw_inertia",
     "drive_gain": "gear",
     "wheel_coulomb": "friction_loss",
+    "rolling_resistance": "friction_loss",
     "wheel_viscous": "joint_damping",
     "viscous_drag": "fluid_viscosity",
     "aerodynamic_drag": "fluid_density",

@@ -42,7 +42,7 @@ def calibrated(nothing_hidden):
 
 def test_robots_are_held_out_and_seeds_do_not_meet(engine):
     develop, report = (engine("split").part(name) for name in ("develop", "report"))
-    assert set(report.robots) - set(develop.robots) == {"lectern", "pallet"}
+    assert set(report.robots) - set(develop.robots) == {"bellhop", "stevedore"}
     assert develop.last_seed < report.first_seed
     assert set(develop.families) | set(report.families) == set(engine("case").FAMILIES)
     with pytest.raises(ValueError, match="seed 5 is not"):
@@ -150,9 +150,9 @@ def test_a_run_of_the_engine_may_be_stopped_anywhere(engine, monkeypatch):
         "wheel_speeds": False,
     }
     cases = list(campaign.cases(SimpleNamespace(**options, effect="all", n=545)))
-    assert [case.seed for case in cases] == list(range(8_000_000, 8_000_545))
+    assert [case.seed for case in cases] == list(range(8_500_000, 8_500_545))
     hiding = [case for case in cases if case.effect]
-    assert len(hiding) == 230
+    assert len(hiding) == 222
     for chosen in (cases, hiding, [case for case in cases if not case.effect]):
         for key in ("robot", "noise", "family"):
             counts = [
