@@ -9,6 +9,7 @@ from wmr_replay.gap.estimation.joined_torques import with_likelier_torques
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.swing_disturbance import calm_share, with_known_swings
 from wmr_replay.gap.evidence.excitation import excitation_ratios
+from wmr_replay.gap.evidence.late_left import late_left
 from wmr_replay.gap.formula.one_way import held_back
 from wmr_replay.gap.formula.search import with_formula
 from wmr_replay.gap.model.base import BaseModel
@@ -151,9 +152,9 @@ def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = Non
     """A base model calibrated on ``log``, with the rests that the log proves, and the size of those that it
     leaves open.
 
-    See :func:`wmr_replay.gap.estimation.calibrate.calibrate`, :mod:`wmr_replay.gap.search.rests` and
-    :mod:`wmr_replay.gap.scan.misfit`. Raises InvalidSignal where the torques do not move the robot, or
-    without ``half_track_m``.
+    See :func:`wmr_replay.gap.estimation.calibrate.calibrate`, :mod:`wmr_replay.gap.search.rests`,
+    :mod:`wmr_replay.gap.scan.misfit` and :mod:`wmr_replay.gap.evidence.late_left`. Raises InvalidSignal where
+    the torques do not move the robot, or without ``half_track_m``.
     """
     options = options or GapOptions()
     log = replace(log, robot=robot)
@@ -174,4 +175,4 @@ def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = Non
     misfit = with_parameters(misfit_of(problem, fit), model, (calm * ahead, calm * turning), own)
     by_form = open_by_form(BaseModel(model.robot, model.effects, "").extension, problem.binned, own.dry_form)
     misfit["yaw_inertia"] = max(misfit.get("yaw_inertia", 0.0), by_form)
-    return replace(model, misfit=misfit | slipping_left(problem, fit))
+    return replace(model, misfit=misfit | late_left(problem, fit) | slipping_left(problem, fit))

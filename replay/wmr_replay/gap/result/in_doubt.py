@@ -36,7 +36,7 @@ def in_doubt(problem: Problem, selection: Selection, model: BaseModel, options: 
     """What the log shows clearly, and why it is no finding; empty where it shows nothing of the kind.
 
     An effect that is larger than the calibration log left it, and no larger than the base model's doubts on
-    another drive: the one that moves the path most. Else one that predicts held-out blocks far better while
+    another drive: the one that explains most. Else one that predicts held-out blocks far better while
     the gap of held-out windows does not shrink. Else a disturbance that is many times what the base model
     leaves on its calibration log.
     """
@@ -50,8 +50,8 @@ def in_doubt(problem: Problem, selection: Selection, model: BaseModel, options: 
 
 
 def within_the_base(problem: Problem, selection: Selection, model: BaseModel, options: GapOptions) -> str:
-    """The effect that moves the path most of those that the base model may leave; empty without one."""
-    most = moving_most(problem, selection, model, options)
+    """The effect that explains most of those that the base model may leave; empty without one."""
+    most = explaining_most(problem, selection, model, options)
     return WITHIN_THE_BASE.format(effect=in_words(most)) if most else ""
 
 
@@ -67,14 +67,16 @@ def disturbed(selection: Selection, model: BaseModel, settings: GateSettings) ->
     return LOUDER.format(channel=CHANNELS[channel], times=times[channel], density=now[channel])
 
 
-def moving_most(
+def explaining_most(
     problem: Problem, selection: Selection, model: BaseModel, options: GapOptions
 ) -> FittedCandidate | None:
-    """Of the rests that are new, the one that moves the path most, and by the tolerance; None without one."""
+    """Of the rests that are new and move the path by the tolerance, the one that explains most; None without
+    one.
+    """
     tried = (*selection.rests, *(one for one in selection.dropped if one.failed == REST))
-    moved = {one: moved_m(problem, one, options) for one in tried if is_new(one, model, problem.settings)}
-    most = max(moved, key=moved.__getitem__, default=None)
-    return most if most is not None and moved[most] >= options.tolerance_m else None
+    new = (one for one in tried if is_new(one, model, problem.settings))
+    moving = (one for one in new if moved_m(problem, one, options) >= options.tolerance_m)
+    return max(moving, key=lambda one: one.score, default=None)
 
 
 def is_new(one: FittedCandidate, model: BaseModel, settings: GateSettings) -> bool:

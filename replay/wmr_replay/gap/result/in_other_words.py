@@ -13,8 +13,10 @@ IMBALANCE = "torque_imbalance"
 def in_other_words(
     effects: Sequence[FoundEffect], extension: Extension, own: ReportSettings
 ) -> tuple[str, ...]:
-    """One side's torques alone, and a centre of mass to one side, where the effects may be these."""
-    return (*one_side(effects, own), *sideways_mass(effects, extension))
+    """One side's torques alone, a weight that turns with the robot, and a centre of mass to one side, where
+    the effects may be these.
+    """
+    return (*one_side(effects, own), *wide_weight(effects), *sideways_mass(effects, extension))
 
 
 def one_side(effects: Sequence[FoundEffect], own: ReportSettings) -> Iterator[str]:
@@ -35,6 +37,23 @@ def one_side(effects: Sequence[FoundEffect], own: ReportSettings) -> Iterator[st
         for side, other in (("left", "right"), ("right", "left")):
             if abs(change[other]) <= max(sd, own.one_sided * abs(change[side])) and sd < abs(change[side]):
                 yield f"{both} and {apart} together are the {side} side alone: {text.format(change[side])}"
+
+
+def wide_weight(effects: Sequence[FoundEffect]) -> Iterator[str]:
+    """Says which payload moves the robot as a weaker drive does.
+
+    A gain g divides mass and yaw inertia by 1 + g. A weight as far out as the robot's own mass adds the same
+    share to both, 1/(1 + g) − 1.
+    """
+    found = {effect.name: effect.parameters for effect in effects}
+    if "drive_gain" not in found or {"payload", "yaw_inertia"} & found.keys():
+        return
+    ratio = found["drive_gain"]["ratio"].value
+    if -1 < ratio < 0:
+        yield (
+            f"a payload and a yaw_inertia of {1 / (1 + ratio) - 1:.0%} each move the robot as this "
+            "drive_gain does: a weight as far out as the robot's own mass, in place of weaker drives"
+        )
 
 
 def sideways_mass(effects: Sequence[FoundEffect], extension: Extension) -> Iterator[str]:

@@ -213,13 +213,13 @@ def surely_left(name: str, extension: Extension, own: MisfitSettings) -> float:
 
     Where something else turns the robot, no less than what is negligible, of an effect that turns it no less
     than a rest beside an effect that matters, of what brakes its turns several times what the calibration log
-    leaves, and of a yaw inertia any size: α_yaw is not known.
+    leaves, and of a yaw inertia some times what it leaves of α_yaw.
     """
     least = left_on_other_drives(name, extension, own)
     if least <= 0 or not turning_is_unknown(extension.misfit, own):
         return least
     if name in IN_TURNING:
-        times = np.inf if name == "yaw_inertia" else own.unknown_turning
+        times = own.unknown_inertia if name == "yaw_inertia" else own.unknown_turning
         return times * extension.misfit.get(name, np.inf)
     if effects_of("torque")[name].acts_on == "pose":
         return least

@@ -19,6 +19,7 @@ from wmr_replay.gap.evidence.holdout import Proof
 from wmr_replay.gap.evidence.significance import wald_p
 from wmr_replay.gap.model.candidates import LOCAL, candidate_of, declaration_of
 from wmr_replay.gap.model.extension import Extension, Parameters, weight
+from wmr_replay.gap.scan.misfit import OF_THE_DRIVES
 from wmr_replay.gap.scan.scan import scan, scan_terms
 from wmr_replay.gap.scan.score import ScoredCandidate, penalised_gain
 from wmr_replay.gap.search.starts import best_start, search_edges
@@ -275,13 +276,15 @@ def assessed(
 
     p is the largest of the likelihood ratio's, the Wald test's and, of lags and gains, that against an answer
     to the disturbance, corrected for everything scanned: each of the ``n_names`` has an equal share of the
-    level, and within it each time and place (weighted Bonferroni). It is 1 for a lag of one channel.
+    level, and within it each time and place (weighted Bonferroni). It is 1 for a lag of one channel. A base
+    model may hold an answer: its controller answers on other logs, too.
     """
     gain = current.deviance - fit.deviance
     by_ratio = float(chdtrc(len(scored.parameters), max(gain, 0.0)))
     n_tried, level = n_names * scored.n_tried, problem.settings.significance.level
     p_value = max(by_ratio, wald_p(problem, fit, scored.name)) * n_tried
-    by_answer = answer_p(problem, current.extension, fit, scored.name) * n_tried
+    named = not (problem.settings.scan.held_too and scored.name in OF_THE_DRIVES)
+    by_answer = answer_p(problem, current.extension, fit, scored.name) * n_tried if named else 0.0
     failed = ANSWERED if p_value <= level < by_answer else ""
     if not failed and p_value <= level and seen_in_one_channel(problem, fit, scored.name):
         failed, p_value = ONE_CHANNEL, 1.0

@@ -89,7 +89,7 @@ def holding_found(calibration: Calibration, selection: Selection) -> Calibration
     holding = replace(to_calibrate(problem, robot), known=tuple(rests.items())).as_in(whole.extension)
     beside = gauss_newton(problem, holding, noise, problem.settings.budget.last_steps)
     changed, sd = calibrated(robot, problem, beside)
-    own = {name: size for name, size in rests.items() if may_be_held(name)}
+    own = {name: size for name, size in rests.items() if may_be_held(name) and any(size.values())}
     held = beside.extension.with_forms(tuple(Effect(name, size) for name, size in own.items()))
     known = noise_model(problem.binned, beside.noise)
     model = replace(model, robot=changed, robot_sd=sd, noise=known, effects=held)

@@ -1,5 +1,6 @@
 """Which effects are missing: forward selection by significance, then the gates for each."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 from wmr_replay.gap.estimation.diffusion import calmed
@@ -11,7 +12,14 @@ from wmr_replay.gap.evidence.one_place import skids_at_one_place, tyres_are_assu
 from wmr_replay.gap.evidence.sideways_arm import is_sideways_one_way
 from wmr_replay.gap.evidence.significance import correlation, rows_that_show
 from wmr_replay.gap.evidence.spread import may_be_nothing
-from wmr_replay.gap.model.candidates import BY_NAME, CONFOUNDED_FORMS, LOCAL, candidate_of
+from wmr_replay.gap.model.candidates import (
+    BY_NAME,
+    CONFOUNDED_FORMS,
+    EVERY,
+    LOCAL,
+    candidate_of,
+    own_candidates,
+)
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.work import work_on
 from wmr_replay.gap.options import GapOptions
@@ -89,15 +97,21 @@ def forward_selection(
 
     With ``terms``, terms of the dictionary are tried where no effect of the library is significant. ``hints``
     are effects at which a fit may start; what is ``begun`` stands in front; those ``without`` are left out.
+    A calibration that has found as many as it holds goes on with what the drives do to every torque.
     """
     base = current = base_fit(problem, extension)
     stages, rests = [] if begun is None else fitted_on_the_whole(problem, base, begun), []
     found = [stage[0] for stage in stages]
     current = found[-1].fit if found else base
-    while len(stages) < options.max_effects + uncounted(problem, found):
+    calibrating = problem.settings.scan.held_too
+    while True:
+        is_full = len(stages) >= options.max_effects + uncounted(problem, found)
+        if is_full and (not calibrating or {*OF_THE_DRIVES} <= current.extension.effects.keys()):
+            break
         if found and not work_on(problem.binned.log.pose).allows(FURTHER_EFFECTS):
             break
-        fitted = fit_candidates(problem, current, terms=False, hints=hints, without=without)
+        left_out = (*without, *all_but(OF_THE_DRIVES)) if is_full else without
+        fitted = fit_candidates(problem, current, terms=False, hints=hints, without=left_out)
         fitted = tuple(with_gain_as_inertia(one, problem.settings.misfit) for one in fitted)
         fitted = with_rests_alone(problem, fitted)
         if shows_rest(problem, extension, current, fitted):
@@ -105,7 +119,7 @@ def forward_selection(
             current = holding(problem, fitted[0])
             base = holding_too(problem, base, current) if found else current
             continue
-        stage = next_stage(problem, base, current, found, fitted, terms=terms)
+        stage = next_stage(problem, base, current, found, fitted, terms=terms and not is_full)
         stages.append(stage)
         if not stage or stage[0].failed:
             break
@@ -114,6 +128,11 @@ def forward_selection(
         found.append(replace(best, alternatives=others))
         current = best.fit
     return Selection(base, current, tuple(found), tuple(stages), rests=tuple(rests))
+
+
+def all_but(names: Collection[str]) -> tuple[str, ...]:
+    """Every effect, users' own too, but those of these names."""
+    return tuple(one.name for one in (*EVERY, *own_candidates()) if one.name not in names)
 
 
 def uncounted(problem: Problem, found: list[FittedCandidate]) -> int:

@@ -69,7 +69,11 @@ class MisfitSettings:
 
     unknown_turning: float = 6.0
     """The same for a yaw damping where the calibration log does not show α_yaw. Judgement: on logs of the
-    engine with nothing hidden, yaw dampings and inertias that were named had up to five times as much."""
+    engine with nothing hidden, yaw dampings that were named had up to five times as much."""
+
+    unknown_inertia: float = 2.5
+    """The same for a yaw inertia there, of what the calibration leaves of α_yaw. Judgement: on logs of the
+    engine with nothing hidden it came to 1.7 times that at most, since more of their rests are held."""
 
     least_share: float = 0.8
     """Least rest that a base model is given in any case, as a share of what is negligible. Judgement: of the
@@ -106,6 +110,10 @@ class MisfitSettings:
 
     negligible_m: float = 0.02
     """The same for lengths, m. Judgement: where a pose was measured by hand it is off by as much."""
+
+    lag_s: float = 0.01
+    """Lag or delay at which the fit of one that a calibration log leaves starts, s. Physics: that of a quick
+    motor."""
 
     window_s: float = 1.0
     """Windows in which a log's speeds are taken, s. Statistics: a mean speed is known to .07 m/s at 5 cm."""
