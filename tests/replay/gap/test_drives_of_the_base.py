@@ -33,6 +33,33 @@ def test_a_delay_of_the_drives_is_held_beside_what_brakes():
     assert model.robot.alpha == pytest.approx(robot.alpha, rel=0.03)
 
 
+def test_a_delay_is_held_beside_as_many_others_as_a_base_model_holds():
+    others = [
+        FRICTION,
+        "scrub_torque:d0_mps2=.2",
+        "torque_imbalance:ratio=.08",
+        "wheel_viscous:nm_per_radps=.1",
+        "com_offset:offset_m=.06",
+        "heading_misalignment:angle_rad=.05",
+    ]
+    model, _ = fitted_on(["input_delay:delay_s=.03", *others], seed=90_307)
+    held = sizes_held(model)
+    late_s = [*held.get("input_delay", {}).values(), *held.get("actuator_lag", {}).values()]
+    assert sum(late_s) == pytest.approx(0.03, rel=0.25)
+    assert len(held) > 5
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 0.025])
+def test_a_delay_that_a_noisy_calibration_does_not_show_is_left_open(delay_s):
+    hide = [f"input_delay:delay_s={delay_s}"] if delay_s else []
+    log, _ = hidden_log("patrol", seed=90_308, hide=hide, noise="poor", duration_s=45.0)
+    known = RobotParameters(half_track_m=log.robot.half_track_m, wheel_radius_m=log.robot.wheel_radius_m)
+    model = calibrate(replace(log, robot=known), known, GIVEN)
+    held = sizes_held(model).get("input_delay", {}).get("delay_s", 0.0)
+    for name in ("input_delay", "actuator_lag"):
+        assert delay_s - held <= model.misfit[name] < 0.08
+
+
 def test_a_dead_zone_of_the_drives_is_held():
     model, robot = fitted_on(["torque_deadzone:threshold_nm=.3"], seed=90_305)
     assert sizes_held(model)["torque_deadzone"]["threshold_nm"] == pytest.approx(0.3, rel=0.1)

@@ -47,6 +47,20 @@ TWO_WHEELED = (
 )
 
 
+def rolled(plant, name: str, torque: float) -> float:
+    """The speed after half a second of the torque of both motors, without what brakes: motors that lag act
+    for a while after it, and what drags brakes as much without a torque.
+    """
+    for _ in range(50):
+        plant.step(torque, torque)
+    for _ in range(10 if name in LAGGING else 0):
+        plant.step(0.0, 0.0)
+    speed = plant.speeds()[0]
+    for _ in range(50 if name in DRAGGING else 0):
+        plant.step(0.0, 0.0)
+    return speed + speed - plant.speeds()[0]
+
+
 @pytest.mark.parametrize("name", TWO_WHEELED)
 def test_a_robots_alpha_is_what_the_engine_does(engine, name):
     robot, drive = engine("robot").robot_of(name), engine("drive")
@@ -54,17 +68,7 @@ def test_a_robots_alpha_is_what_the_engine_does(engine, name):
     for _ in range(50):
         plant.step(0.0, 0.0)
     torque = 0.5 / (2 * robot.alpha)
-    for _ in range(50):
-        plant.step(torque, torque)
-    rolling = plant.speeds()[0]
-    if name in LAGGING:  # its motors act for a while
-        for _ in range(10):
-            plant.step(0.0, 0.0)
-        rolling = plant.speeds()[0]
-    if name in DRAGGING:
-        for _ in range(50):
-            plant.step(0.0, 0.0)
-        rolling += rolling - plant.speeds()[0]
+    rolling = rolled(plant, name, torque)
     assert rolling == pytest.approx(0.25, rel=0.05)
     while plant.speeds()[0] > 0:
         plant.step(-torque, -torque)

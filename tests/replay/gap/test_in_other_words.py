@@ -5,7 +5,7 @@ import pytest
 
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.result.in_other_words import one_side, sideways_mass
+from wmr_replay.gap.result.in_other_words import one_side, sideways_mass, wide_weight
 from wmr_replay.gap.result.result import Estimate, FoundEffect
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.robot import RobotParameters
@@ -88,3 +88,17 @@ def test_two_biases_may_be_one_side_alone(left, right, said):
     ]
     assert "".join(one_side(effects, OWN)).endswith(said)
     assert bool(list(one_side(effects, OWN))) is bool(said)
+
+
+def test_a_weight_as_far_out_as_the_robots_mass_is_said_of_a_weaker_drive():
+    """Newton's and Euler's equations of the robot with 30 % more of both, against weaker motors."""
+    both_nm, apart_nm = 3.0, 2.0
+    ahead = [both_nm / R / mass_kg for mass_kg in (MASS_KG, 1.3 * MASS_KG)]
+    turning = [L * apart_nm / R / inertia_kgm2 for inertia_kgm2 in (INERTIA_KGM2, 1.3 * INERTIA_KGM2)]
+    ratio = ahead[1] / ahead[0] - 1
+    assert turning[1] / turning[0] - 1 == pytest.approx(ratio)
+    (note,) = wide_weight([named("drive_gain", ratio)])
+    assert "a payload and a yaw_inertia of 30% each" in note
+    assert not list(wide_weight([named("drive_gain", 0.2)]))
+    assert not list(wide_weight([named("drive_gain", ratio), named("payload", 0.1)]))
+    assert not list(wide_weight([named("torque_imbalance", ratio)]))

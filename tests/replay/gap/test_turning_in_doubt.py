@@ -130,6 +130,7 @@ def test_it_is_said_of_a_base_model_that_hardly_shows_how_torques_turn_it():
     assert "a factor of 3.1" in said
     assert "swivel casters" in said
     assert "no formula, no yaw damping" in said
+    assert "no yaw inertia of less than 525%" in said
     assert "no formula in turning, " in doubts({"yaw_inertia": 0.2}, SETTINGS.misfit)[0]
     assert doubts({"yaw_inertia": 0.081}, SETTINGS.misfit)
     assert doubts({"yaw_inertia": 0.079}, SETTINGS.misfit) == ()

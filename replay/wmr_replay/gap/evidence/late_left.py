@@ -23,5 +23,6 @@ def late_left(problem: Problem, fit: Fit) -> dict[str, float]:
         there = gauss_newton(problem, extension, fit.noise, budget.last_steps)
         (column,) = (j for j, (owner, _) in enumerate(there.keys) if owner == name)
         covariance, _ = robust_covariance(problem, there)
-        found[name] = float(there.values[column] + own.in_sd * np.sqrt(covariance[column, column]))
+        open_to_s = own.in_sd * np.sqrt(covariance[column, column])
+        found[name] = float(abs(there.values[column]) + open_to_s)
     return found

@@ -37,10 +37,10 @@ COM = "com_offset"
 IN_DOUBT = (
     "the calibration log does not show well how the torques turn the robot, and alpha_yaw may be off by a "
     "factor of {factor:.3g}: it hardly turns, or something else turns it as well, such as swivel casters "
-    "that swing round, pads that drag or a wheel that lifts. `gap` names no yaw inertia, {formulas}, no yaw "
-    "damping, scrub or moved centre of mass that turns it no more than this error does, and nothing that is "
-    "not surely more than negligible. Calibrate on a drive that turns, and as calmly as the one to be "
-    "analysed"
+    "that swing round, pads that drag or a wheel that lifts. `gap` names no yaw inertia of less than "
+    "{inertia:.0%}, {formulas}, no yaw damping, scrub or moved centre of mass that turns it no more than "
+    "this error does, and nothing that is not surely more than negligible. Calibrate on a drive that turns, "
+    "and as calmly as the one to be analysed"
 )
 
 
@@ -50,7 +50,8 @@ def doubts(misfit: Mapping[str, float], own: MisfitSettings) -> tuple[str, ...]:
         return ()
     share = misfit.get("yaw_inertia", 0.0)
     formulas = "no formula" if share > own.no_formula_share else "no formula in turning"
-    return (IN_DOUBT.format(factor=1 + share, formulas=formulas),)
+    inertia = own.unknown_inertia * share
+    return (IN_DOUBT.format(factor=1 + share, inertia=inertia, formulas=formulas),)
 
 
 def with_turning_in_doubt(extension: Extension, binned: BinnedLog) -> Extension:
