@@ -267,6 +267,7 @@ def rest_as_likely(
         return {}
     (found,) = kept
     near = {name for name, worse in found.alternatives if worse < problem.settings.selection.strong}
+    near -= {name for name in near if {found.name, name} in CONFOUNDED_FORMS}
     rests = (
         one.name
         for one in stages[0]
