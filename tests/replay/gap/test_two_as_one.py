@@ -12,7 +12,7 @@ from wmr_replay.gap.model.dynamics import Base
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search.fit_candidates import FittedCandidate
-from wmr_replay.gap.search.two_as_one import PARAMETER, two_as_one
+from wmr_replay.gap.search.two_as_one import PARAMETER, stands_for, two_as_one
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
@@ -71,3 +71,17 @@ def test_two_of_other_sizes_stay(names):
     sizes = {name: 0.3 * SIZES[name] if k else SIZES[name] for k, name in enumerate(names)}
     _, found = chosen((1.4, 1.12), sizes)
     assert [effect.name for effect in found] == [*names]
+
+
+@pytest.mark.parametrize(
+    ("names", "dropped", "same"),
+    [
+        (["drive_gain", "payload"], ["yaw_inertia"], True),
+        (["drive_gain", "slope", "yaw_inertia"], ["payload"], True),
+        (["drive_gain"], ["yaw_inertia"], False),
+        (["drive_gain", "payload"], ["slope"], False),
+        (["drive_gain", "payload"], [], False),
+    ],
+)
+def test_two_stand_for_a_third_that_was_dropped(names, dropped, same):
+    assert stands_for(names, dropped) is same

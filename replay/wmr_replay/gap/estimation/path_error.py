@@ -213,6 +213,21 @@ def simulated(z0: F64, window: Window) -> F64:
     return left.reshape(-1, 3)
 
 
+def error_growth(binned: BinnedLog, extension: Extension, windows: Windows) -> F64:
+    """How many times as far as a wheel's free roll a small error of the turning speed at its start turns the
+    simulation of each window (m,) by its end: Δyaw l/(Δw T), with T the window's length.
+    """
+    nudge_mps, l = binned.settings.windows.nudge_mps, extension.base.half_track_m
+    grown = np.zeros(len(windows))
+    for k, ((a, b), window) in enumerate(zip(windows, cut(binned, extension, windows), strict=True)):
+        start = starting_motion(binned, a, extension.base, turned_rad(window))
+        other = start.copy()
+        other[W] += nudge_mps
+        apart = (simulated(start, window) - simulated(other, window))[-1, 2] * window.scale[-1, 2]
+        grown[k] = abs(apart) * l / (nudge_mps * (binned.t_s[b - 1] - binned.t_s[a]))
+    return np.nan_to_num(grown, nan=np.inf)
+
+
 def turned_rad(window: Window) -> float:
     """By how much the model says that the yaw of a window's first row is off."""
     return sum(yaw_error(window.rows[0, Row.AGE], 1.0, window.theta))

@@ -36,6 +36,7 @@ from wmr_replay.gap.search.rests import is_behind_a_rest
 from wmr_replay.gap.search.select import Selection, confirm, select
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_test import missed_slipping
+from wmr_replay.gap.search.two_as_one import stands_for
 from wmr_replay.gap.search.whatever_modes import Deviance, all_rolling, unlabelled_deviance
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.signals import Log
@@ -263,14 +264,17 @@ def plain_solution(first: Problem, selections: Selections) -> Iterator[Solution]
 
 
 def without_dropped(solution: Solution, selections: Selections) -> list[Solution]:
-    """A solution that holds where the effects that are :func:`hiding` others are no candidates."""
+    """A solution that holds where the effects that are :func:`hiding` others are no candidates, and that are
+    not these in two others.
+    """
     spent = hiding(solution.selection)
     if not spent:
         return []
     selection = confirm(solution.problem, selections.of(solution.problem, without=spent), selections.options)
     again = solution._replace(selection=selection)
     found = again.holds and is_lasting(selection) and not is_behind_a_rest(selection, solution.selection)
-    return [again] if found else []
+    same = stands_for([effect.name for effect in selection.found], spent)
+    return [again] if found and not same else []
 
 
 def hiding(said: Selection) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ A search that goes one effect after the other may find two where one is missing,
 that is missing, too, turns the robot.
 """
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from wmr_replay.gap.estimation.problem import Problem
@@ -39,6 +40,11 @@ def two_as_one(
         return current, found
     one = replace(first, scored=scored, fit=fit, alternatives=())
     return fit, [one if effect is first else effect for effect in found if effect is not second]
+
+
+def stands_for(names: Collection[str], dropped: Collection[str]) -> bool:
+    """Whether ``names`` hold two of these effects and the third is among those that were ``dropped``."""
+    return any(PARAMETER.keys() - {one} <= {*names} for one in dropped if one in PARAMETER)
 
 
 def size_as(third: str, name: str, fit: Fit) -> float:

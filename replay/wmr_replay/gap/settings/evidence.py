@@ -90,6 +90,10 @@ class HoldOutSettings:
     """Largest share of identified slipping in a window of the gap. Physics: an identifier's word for a loss
     of traction is no measurement; 0.2 s of 4 s lie within its switch error."""
 
+    most_growth: float = 3.0
+    """Largest growth of an error of the start in a window that says something of the model. Physics: one that
+    grows by e in 2 s turns a simulation of 4 s three times as far as on a robot that rolls freely."""
+
     least_seen: float = 0.1
     """Share of the information on a loss of traction in a time or place below which a fold does not fit it
     again. Statistics: its standard deviation is there more than three times that of the whole log."""

@@ -91,6 +91,10 @@ class WindowSettings:
     tries: int = 4
     """Most dampings tried in a step. Numerics: each is 30 times the one before."""
 
+    nudge_mps: float = 1e-3
+    """Error of a window's first turning speed by which it is seen how such an error grows, m/s. Numerics: far
+    above rounding, and small beside any motion."""
+
     far_sd: float = 1e6
     """Residual of a simulation that runs away, in standard deviations of a pose. Numerics: a number, and so
     large that its model is no good one."""
