@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.stats import binom
 from tests.replay.gap.plain_loop import BASE, NOISE, SETTINGS, made_fit, made_log, problem_of, with_drag
 
-from wmr_replay.gap.estimation.path_error import WindowErrors, near
+from wmr_replay.gap.estimation.path_error import WindowErrors, error_growth, near, windows_of
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import evaluate, fit_model
 from wmr_replay.gap.estimation.relabel import with_mode_at
@@ -17,6 +17,7 @@ from wmr_replay.gap.evidence.holdout import (
     Fold,
     GapChange,
     Prediction,
+    change_where,
     clearly_larger,
     gap_change,
     held_out_deviance,
@@ -26,6 +27,7 @@ from wmr_replay.gap.evidence.holdout import (
     prediction,
     prove,
     refitted,
+    steady,
     unseen_losses,
 )
 from wmr_replay.gap.model.extension import Extension
@@ -260,3 +262,43 @@ def test_the_time_of_a_load_comes_from_all_rows():
 def test_a_simulation_that_runs_away_is_far_and_no_farther():
     whitened = np.array([0.5, -3.0, 1e150, -1e200, np.inf, -np.inf, np.nan])
     assert near(whitened, 1e6).tolist() == [0.5, -3.0, 1e6, -1e6, 1e6, -1e6, 1e6]
+
+
+ARM_PER_M, BEHIND_M, TORQUE_NM = 4.0, 0.05, 0.5
+"""k = l m/I, how far a centre of mass lies behind the axle, and the sum of a made log's torques."""
+
+
+def grown_by_hand(start_s: float, end_s: float, offset_m: float) -> float:
+    """∫ exp(∫ −k d v/l) dt over the window, by its length: dw/dt = −k d v w/l with v = α u t, from w = 1."""
+    t_s = np.linspace(start_s, end_s, 4001)
+    half_rate = -ARM_PER_M * offset_m * BASE.alpha * TORQUE_NM / BASE.half_track_m / 2
+    return float(np.trapezoid(np.exp(half_rate * (t_s**2 - start_s**2)), t_s) / (end_s - start_s))
+
+
+@pytest.mark.parametrize("offset_m", [0.0, -BEHIND_M, BEHIND_M])
+def test_an_error_of_the_start_grows_where_the_centre_of_mass_lies_behind_the_axle(offset_m):
+    binned = problem_of(made_log(1, lively=False, seconds=12.0)).binned
+    base = BASE._replace(com_yaw_per_m=ARM_PER_M)
+    extension = Extension(base).with_effect("com_offset", {"offset_m": offset_m})
+    windows = windows_of(binned, np.ones(len(binned), bool))
+    expected = [grown_by_hand(binned.t_s[a], binned.t_s[b - 1], offset_m) for a, b in windows]
+    assert error_growth(binned, extension, windows) == pytest.approx(expected, rel=0.1)
+    assert (max(expected) > HOLD_OUT.most_growth) is (offset_m < 0)
+
+
+def test_windows_whose_simulation_is_unstable_are_no_proof():
+    """The last window, in which an error grows most, is not counted; without any, none of the gap is."""
+    problem = problem_of(made_log(1, lively=False, seconds=12.0)).fold(0)
+    behind = Extension(BASE._replace(com_yaw_per_m=ARM_PER_M)).with_effect(
+        "com_offset", {"offset_m": -BEHIND_M}
+    )
+    stable, unstable = (evaluate(problem, one, NOISE) for one in (Extension(BASE), behind))
+    assert steady(Fold(problem, stable, stable)).all()
+    fast = Fold(problem, stable, unstable)
+    assert not steady(fast)[-1]
+    assert not steady(Fold(problem, unstable, stable))[-1]
+    worse = [gaps(1.0), gaps(np.array([0.5] * 8 + [90.0])), gaps(0.9)]
+    counted = np.array([True] * 8 + [False])
+    assert change_where(counted, worse, HOLD_OUT).reduction == pytest.approx(0.5)
+    assert change_where(~counted, worse, HOLD_OUT).reduction < 0
+    assert change_where(np.zeros(9, bool), worse, HOLD_OUT) is None
