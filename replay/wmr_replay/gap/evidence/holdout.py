@@ -126,8 +126,8 @@ def steady(fold: Fold) -> Bool:
 
 
 def change_where(counted: Bool, gaps: list[WindowErrors], settings: HoldOutSettings) -> GapChange | None:
-    """:func:`gap_change` over the windows that are ``counted`` (n,); None without one."""
-    if not counted.any():
+    """:func:`gap_change` over the windows that are ``counted`` (n,); None where most are not."""
+    if np.mean(counted) < settings.least_steady:
         return None
     before, after, apart = (WindowErrors(*(column[counted] for column in one)) for one in gaps)
     return gap_change(before, after, apart, settings)

@@ -94,6 +94,10 @@ class HoldOutSettings:
     """Largest growth of an error of the start in a window that says something of the model. Physics: one that
     grows by e in 2 s turns a simulation of 4 s three times as far as on a robot that rolls freely."""
 
+    least_steady: float = 0.5
+    """Least share of such windows, below which the prediction decides alone. Judgement: the others are slow
+    ones, in which little shows."""
+
     least_seen: float = 0.1
     """Share of the information on a loss of traction in a time or place below which a fold does not fit it
     again. Statistics: its standard deviation is there more than three times that of the whole log."""
