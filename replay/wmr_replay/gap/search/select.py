@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton, keys_of
-from wmr_replay.gap.evidence.answer import beyond_answer
+from wmr_replay.gap.evidence.answer import LATE, beyond_answer
 from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres, too_calm_for
 from wmr_replay.gap.evidence.one_place import skids_at_one_place, tyres_are_assumed
 from wmr_replay.gap.evidence.sideways_arm import is_sideways_one_way
@@ -97,7 +97,7 @@ def forward_selection(
 
     With ``terms``, terms of the dictionary are tried where no effect of the library is significant. ``hints``
     are effects at which a fit may start; what is ``begun`` stands in front; those ``without`` are left out.
-    A calibration that has found as many as it holds goes on with what the drives do to every torque.
+    A calibration that has found as many as it holds goes on with the drives' lag and delay.
     """
     base = current = base_fit(problem, extension)
     stages, rests = [] if begun is None else fitted_on_the_whole(problem, base, begun), []
@@ -106,11 +106,11 @@ def forward_selection(
     calibrating = problem.settings.scan.held_too
     while True:
         is_full = len(stages) >= options.max_effects + uncounted(problem, found)
-        if is_full and (not calibrating or {*OF_THE_DRIVES} <= current.extension.effects.keys()):
+        if is_full and (not calibrating or {*LATE} <= current.extension.effects.keys()):
             break
         if found and not work_on(problem.binned.log.pose).allows(FURTHER_EFFECTS):
             break
-        left_out = (*without, *all_but(OF_THE_DRIVES)) if is_full else without
+        left_out = (*without, *all_but(LATE)) if is_full else without
         fitted = fit_candidates(problem, current, terms=False, hints=hints, without=left_out)
         fitted = tuple(with_gain_as_inertia(one, problem.settings.misfit) for one in fitted)
         fitted = with_rests_alone(problem, fitted)
