@@ -143,3 +143,14 @@ def test_less_of_what_another_one_explains_is_no_reason_to_name_it(
     assert select.explains_its_own(problem, first, other)
     other.score, other.failed = 100.0, "no more than an answer to the disturbance makes"
     assert select.explains_its_own(problem, first, other)
+
+
+def test_without_a_candidate_none_is_fitted():
+    """A calibration looks for a lag and a delay alone at its end, and gates may rule out both."""
+    problem = problem_of(made_log(1))
+    current = fit_model(problem, Extension(BASE))
+    assert fit_candidates.fit_candidates(problem, current, terms=False, without=select.all_but(())) == ()
+    alone = fit_candidates.ranked_and_fitted(
+        problem, current, terms=False, without=select.all_but(select.LATE)
+    )
+    assert {one.name for one in alone} <= {*select.LATE}

@@ -222,8 +222,10 @@ def best_fitted(
     settings = problem.settings
     own, price = settings.candidates, settings.scan
     least = own.least_score_later if current.keys else own.least_score
-    best = rank(problem, current, current.noise, terms=terms, without=without)[0]
-    chosen = [best] if penalised_gain(best, price) >= least else []
+    ranked = rank(problem, current, current.noise, terms=terms, without=without)
+    if not ranked:  # a lag and a delay, which a calibration looks for alone, may both be ruled out
+        return []
+    chosen = [best for best in ranked[:1] if penalised_gain(best, price) >= least]
     calm = calmed(current.noise, settings.diffusion)
     if calm is not None:
         other = rank_at(problem, current, calm, terms=terms, without=without)[0]
