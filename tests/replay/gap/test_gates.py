@@ -251,6 +251,16 @@ def test_an_effect_is_open_where_a_rest_of_the_base_model_is_about_as_likely(
     assert rest_as_likely(drive, base, [found, found], stages) == {}
 
 
+def test_a_lag_that_is_a_rest_does_not_speak_against_a_delay(drive, monkeypatch):
+    """They are two forms of one cause; a bias that is as likely, and a rest, does."""
+    base = made_fit(drive, Extension(BASE), np.zeros((len(drive.binned), 3)))
+    monkeypatch.setattr(select, "may_be_a_rest", lambda problem, fit, base, name, *, beside: True)
+    for other, is_open in (("actuator_lag", False), ("torque_bias_common", True)):
+        found = replace(candidate("input_delay", 90.0), alternatives=((other, 2.0),))
+        stages = ((found, candidate(other, 88.0)),)
+        assert bool(rest_as_likely(drive, base, [found], stages)) is is_open
+
+
 # What nothing explains
 
 

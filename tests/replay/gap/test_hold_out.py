@@ -302,3 +302,5 @@ def test_windows_whose_simulation_is_unstable_are_no_proof():
     assert change_where(counted, worse, HOLD_OUT).reduction == pytest.approx(0.5)
     assert change_where(np.ones(9, bool), worse, HOLD_OUT).reduction < 0
     assert change_where(~counted, worse, HOLD_OUT) is None
+    none = [gaps(1.0, n=0)] * 3
+    assert change_where(np.zeros(0, bool), none, HOLD_OUT) is None

@@ -109,7 +109,7 @@ def prove(problem: Problem, without: Fit, with_it: Fit) -> Proof:
     gaps = [concatenated(list(parts)) for parts in zip(*map(gaps_of, folds), strict=True)]
     counted = np.concatenate([steady(fold) for fold in folds])
     predicted, change = prediction(folds), change_where(counted, gaps, own)
-    holds = is_proven(predicted, change, int(counted.sum()), own, placed=is_placed(without, with_it))
+    holds = is_proven(predicted, change, len(counted), own, placed=is_placed(without, with_it))
     before, after, _ = gaps
     return Proof(before, after, 0.0 if change is None else change.reduction, predicted.p_value, holds)
 
@@ -127,7 +127,7 @@ def steady(fold: Fold) -> Bool:
 
 def change_where(counted: Bool, gaps: list[WindowErrors], settings: HoldOutSettings) -> GapChange | None:
     """:func:`gap_change` over the windows that are ``counted`` (n,); None where most are not."""
-    if np.mean(counted) < settings.least_steady:
+    if not counted.any() or np.mean(counted) < settings.least_steady:
         return None
     before, after, apart = (WindowErrors(*(column[counted] for column in one)) for one in gaps)
     return gap_change(before, after, apart, settings)
